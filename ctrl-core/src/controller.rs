@@ -1,0 +1,204 @@
+//! What both controllers have in common for those who use them: one trait, one output, one status.
+
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Bound, ConfigError, require};
+use crate::reference::Reference;
+use crate::trajectory::Trajectory;
+use crate::vehicle::{VehicleState, Wrench, WrenchBounds};
+
+bitflags::bitflags! {
+    /// What happened in one step. Empty when the law was evaluated without any limit acting.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    pub struct StepStatus: u16 {
+        /// The wrench is the last one that was computed from good input (or the safe initial one).
+        const OUTPUT_HELD = 1 << 0;
+        /// The vehicle state is not finite, out of range, or its quaternion has no direction.
+        const STATE_INVALID = 1 << 1;
+        /// The reference is not finite or out of range.
+        const REFERENCE_INVALID = 1 << 2;
+        /// The law gave a number that is not finite; nothing was committed.
+        const RESULT_INVALID = 1 << 3;
+        /// The attitude quaternion was more than 1 % off unit length and has been normalised.
+        const ATTITUDE_RENORMALISED = 1 << 4;
+        /// The reference acceleration exceeded `M_p` and has been clipped to it.
+        const REFERENCE_CLIPPED = 1 << 5;
+        /// Thrust command and heading were nearly parallel; the last lateral axis was held.
+        const HEADING_HELD = 1 << 6;
+        /// A component of the demanded torque exceeded `M_tau` (37).
+        const TORQUE_SATURATED = 1 << 7;
+        /// The mass estimate is on the border of its set (14).
+        const MASS_PROJECTED = 1 << 8;
+        /// An inertia or gyroscopic estimate is on the border of its set (35), (51), (52).
+        const INERTIA_PROJECTED = 1 << 9;
+        /// The sign of the attitude error was changed to turn the short way round.
+        const SIGN_FLIPPED = 1 << 10;
+        /// The auxiliary rate of controller 2 was clipped to what a step can integrate.
+        const AUXILIARY_CLIPPED = 1 << 11;
+    }
+}
+
+impl StepStatus {
+    /// The flags that mean bad input or a failed evaluation, as opposed to an acting limit.
+    pub const FAULT: Self = Self::OUTPUT_HELD
+        .union(Self::STATE_INVALID)
+        .union(Self::REFERENCE_INVALID)
+        .union(Self::RESULT_INVALID);
+}
+
+/// What one step returns.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StepOutput {
+    /// The command, always finite and inside the controller's [`WrenchBounds`].
+    pub wrench: Wrench,
+    /// `tau_d`: the torque before saturation [N m]; the wrench's own for controller 1.
+    pub torque_demand_body: Vec3,
+    /// What happened.
+    pub status: StepStatus,
+}
+
+/// The controller's current estimates of the unknown parameters, in physical units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimates {
+    /// `1/beta`: mass [kg].
+    pub mass: f32,
+    /// Principal moments of inertia [kg m^2]: `a_hat` (controller 1), `1/theta_hat` (2).
+    pub inertia: Vec3,
+    /// `Pi_hat`: gyroscopic ratios [-]; zero for controller 1, which does not estimate them.
+    pub gyroscopic_ratio: Vec3,
+}
+
+/// The auxiliary system (38), (39) of controller 2; at rest for controller 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Auxiliary {
+    /// `q_a`: auxiliary attitude.
+    pub attitude: Quat,
+    /// `w_a`: auxiliary rate [rad/s].
+    pub rate: Vec3,
+}
+
+impl Auxiliary {
+    /// Identity attitude, zero rate: where it starts and stays while no torque saturates.
+    pub const REST: Self = Self { attitude: Quat::IDENTITY, rate: Vec3::ZERO };
+}
+
+/// Every intermediate quantity of one evaluation of the law, for tests, traces and monitors.
+///
+/// Fields that belong to one controller only are zero for the other.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Intermediates {
+    /// `e_p` [m].
+    pub position_error_world: Vec3,
+    /// `e_v` [m/s].
+    pub velocity_error_world: Vec3,
+    /// `G` (16) [1/s].
+    pub g: Vec3,
+    /// `alpha` (13) [N].
+    pub alpha: Vec3,
+    /// `alpha'` [N/s].
+    pub alpha_dot: Vec3,
+    /// `alpha''` [N/s^2].
+    pub alpha_ddot: Vec3,
+    /// `f` (21) [N].
+    pub thrust: f32,
+    /// `w_d` (25): rate of the desired attitude in its own axes [rad/s].
+    pub desired_rate: Vec3,
+    /// `w_d'` [rad/s^2].
+    pub desired_rate_dot: Vec3,
+    /// `q_e` (27), (46).
+    pub attitude_error: Quat,
+    /// `mu` (31), (49): virtual rate [rad/s].
+    pub mu: Vec3,
+    /// `mu'` [rad/s^2].
+    pub mu_dot: Vec3,
+    /// `w_e`: rate error [rad/s].
+    pub rate_error: Vec3,
+    /// `tau_d` (34), (50) [N m].
+    pub torque_demand_body: Vec3,
+    /// `tau` (34), (37) [N m].
+    pub torque_body: Vec3,
+    /// `beta'` (14) [1/(kg s)].
+    pub inverse_mass_rate: f32,
+    /// `a_hat'` (35) [kg m^2/s], controller 1.
+    pub inertia_rate: Vec3,
+    /// `theta_hat'` (51) [1/(kg m^2 s)], controller 2.
+    pub inverse_inertia_rate: Vec3,
+    /// `Pi_hat'` (52) [1/s], controller 2.
+    pub gyroscopic_ratio_rate: Vec3,
+    /// `W_a` (38): rate of the auxiliary attitude in its own axes [rad/s], controller 2.
+    pub auxiliary_attitude_rate: Vec3,
+    /// `w_a'` (39) [rad/s^2], controller 2.
+    pub auxiliary_rate_dot: Vec3,
+}
+
+/// A tracking controller: an immutable, validated value; its memory is a separate state.
+///
+/// The step is total and fixed-step: whatever the input, it returns a finite wrench inside
+/// [`bounds`](Self::bounds), a status, and a state whose estimates are inside their sets. It
+/// allocates nothing, blocks on nothing, has no loop, and calls no sine or cosine.
+pub trait TrackingController {
+    /// The controller's memory between two steps.
+    type State: Clone;
+
+    /// The memory before the first step.
+    fn initial_state(&self) -> Self::State;
+
+    /// One evaluation of the law at the current tick; advances `state` by one step period.
+    #[inline]
+    fn step(
+        &self,
+        state: &mut Self::State,
+        vehicle: &VehicleState,
+        reference: &Reference,
+    ) -> StepOutput {
+        self.step_observed(state, vehicle, reference, |_| {})
+    }
+
+    /// The same step; `observe` sees every intermediate quantity (not called when input is held).
+    fn step_observed(
+        &self,
+        state: &mut Self::State,
+        vehicle: &VehicleState,
+        reference: &Reference,
+        observe: impl FnOnce(&Intermediates),
+    ) -> StepOutput;
+
+    /// The fixed step `dt` [s].
+    fn step_period(&self) -> f32;
+
+    /// `M_p`: bound of each component of the reference acceleration [m/s^2].
+    fn reference_acceleration_max(&self) -> f32;
+
+    /// The set in which every wrench lies.
+    fn bounds(&self) -> WrenchBounds;
+
+    /// The estimates in `state`.
+    fn estimates(&self, state: &Self::State) -> Estimates;
+
+    /// `q_e` of the latest step.
+    fn attitude_error(&self, state: &Self::State) -> Quat;
+
+    /// The auxiliary system in `state`.
+    fn auxiliary(&self, state: &Self::State) -> Auxiliary;
+
+    /// Refuses a trajectory whose acceleration bound exceeds `M_p`, or whose step period differs.
+    ///
+    /// # Errors
+    /// Names `trajectory.acceleration_bound` or `trajectory.step_period`, its value and the bound.
+    fn accept(&self, trajectory: &impl Trajectory) -> Result<(), ConfigError> {
+        require(
+            "trajectory.acceleration_bound",
+            trajectory.acceleration_bound(),
+            Bound::Inside(0.0, self.reference_acceleration_max()),
+            "M_p of the controller, Assumption 4",
+        )?;
+        let period = self.step_period();
+        require(
+            "trajectory.step_period",
+            trajectory.step_period(),
+            Bound::Inside(period, period),
+            "step period of the controller",
+        )
+    }
+}

@@ -1,0 +1,85 @@
+//! The error of every validating constructor: which parameter, its value, the bound it violates.
+
+use core::fmt;
+
+/// A parameter outside the set in which the guarantees hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConfigError {
+    /// Name of the parameter as in the configuration structs, or the expression of several.
+    pub parameter: &'static str,
+    /// Its value.
+    pub value: f32,
+    /// The bound that it violates.
+    pub bound: Bound,
+    /// Where the bound comes from: an equation, or the reason in a few words.
+    pub source: &'static str,
+}
+
+/// A bound on one parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// Finite.
+    Finite,
+    /// Finite and above zero.
+    Positive,
+    /// Finite and not negative.
+    NotNegative,
+    /// Below a number.
+    Below(f32),
+    /// At most a number.
+    AtMost(f32),
+    /// At least a number.
+    AtLeast(f32),
+    /// Inside a closed interval.
+    Inside(f32, f32),
+}
+
+impl Bound {
+    /// Whether `x` keeps the bound; never for NaN or an infinity.
+    #[must_use]
+    pub fn holds(self, x: f32) -> bool {
+        x.is_finite()
+            && match self {
+                Self::Finite => true,
+                Self::Positive => x > 0.0,
+                Self::NotNegative => x >= 0.0,
+                Self::Below(limit) => x < limit,
+                Self::AtMost(limit) => x <= limit,
+                Self::AtLeast(limit) => x >= limit,
+                Self::Inside(lower, upper) => lower <= x && x <= upper,
+            }
+    }
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Finite => out.write_str("finite"),
+            Self::Positive => out.write_str("positive"),
+            Self::NotNegative => out.write_str("zero or positive"),
+            Self::Below(limit) => write!(out, "below {limit}"),
+            Self::AtMost(limit) => write!(out, "at most {limit}"),
+            Self::AtLeast(limit) => write!(out, "at least {limit}"),
+            Self::Inside(lower, upper) => write!(out, "in [{lower}, {upper}]"),
+        }
+    }
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { parameter, value, bound, source } = self;
+        write!(out, "{parameter} = {value} must be {bound} ({source})")
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+/// Returns the error unless `value` keeps `bound`.
+pub(crate) fn require(
+    parameter: &'static str,
+    value: f32,
+    bound: Bound,
+    source: &'static str,
+) -> Result<(), ConfigError> {
+    if bound.holds(value) { Ok(()) } else { Err(ConfigError { parameter, value, bound, source }) }
+}

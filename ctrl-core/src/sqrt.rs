@@ -1,0 +1,60 @@
+//! Square root of an `f32`, correctly rounded (IEEE 754) on host and target alike.
+//!
+//! Portable Rust has no hardware square root without `std`: `libm::sqrtf` is 55 instructions on a
+//! Cortex-M4F, whose `vsqrt.f32` is one. Both round correctly, so the bits agree.
+//! This file holds the only `unsafe` code of the crate.
+
+/// Square root of `x`, correctly rounded; NaN for `x < 0`.
+///
+/// ```
+/// assert_eq!(ctrl_core::sqrt::sqrt(2.0), 1.4142135);
+/// ```
+#[inline(always)]
+#[must_use]
+pub fn sqrt(x: f32) -> f32 {
+    #[cfg(all(target_arch = "arm", target_feature = "vfp2"))]
+    {
+        hardware(x)
+    }
+    #[cfg(not(all(target_arch = "arm", target_feature = "vfp2")))]
+    {
+        libm::sqrtf(x)
+    }
+}
+
+#[cfg(all(target_arch = "arm", target_feature = "vfp2"))]
+#[allow(unsafe_code)]
+#[inline(always)]
+fn hardware(x: f32) -> f32 {
+    let root: f32;
+    // SAFETY: the target has the floating-point unit (checked by `cfg`); the instruction reads and
+    // writes floating-point registers only and touches neither memory, stack nor flags.
+    unsafe {
+        core::arch::asm!(
+            "vsqrt.f32 {root}, {x}",
+            root = lateout(sreg) root,
+            x = in(sreg) x,
+            options(pure, nomem, nostack, preserves_flags)
+        );
+    }
+    root
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sqrt;
+
+    #[test]
+    fn rounds_like_the_double_precision_root() {
+        // sqrt in f64 rounded to f32 is the correctly rounded f32 root (53 >= 2 * 24 + 2).
+        let mut bits = 1u32;
+        while bits < f32::INFINITY.to_bits() {
+            let x = f32::from_bits(bits);
+            assert_eq!(sqrt(x), f64::from(x).sqrt() as f32, "x = {x:e}");
+            bits += 65_521;
+        }
+        assert_eq!(sqrt(0.0), 0.0);
+        assert_eq!(sqrt(f32::INFINITY), f32::INFINITY);
+        assert!(sqrt(-1.0).is_nan());
+    }
+}

@@ -1,0 +1,1 @@
+//! Software-in-the-loop harness.
