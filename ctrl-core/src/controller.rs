@@ -58,14 +58,16 @@ pub struct StepOutput {
     pub status: StepStatus,
 }
 
-/// The controller's current estimates of the unknown parameters, in physical units.
+/// The controller's current estimates of the unknown parameters; zero where it has none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimates {
-    /// `1/beta`: mass [kg].
-    pub mass: f32,
-    /// Principal moments of inertia [kg m^2]: `a_hat` (controller 1), `1/theta_hat` (2).
+    /// `beta`: inverse mass [1/kg].
+    pub inverse_mass: f32,
+    /// `a_hat`: principal moments of inertia [kg m^2], controller 1.
     pub inertia: Vec3,
-    /// `Pi_hat`: gyroscopic ratios [-]; zero for controller 1, which does not estimate them.
+    /// `theta_hat`: their inverses [1/(kg m^2)], controller 2.
+    pub inverse_inertia: Vec3,
+    /// `Pi_hat`: gyroscopic ratios [-], controller 2.
     pub gyroscopic_ratio: Vec3,
 }
 

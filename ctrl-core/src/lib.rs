@@ -10,11 +10,17 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod adaptation;
+mod cascade;
 pub mod config;
 pub mod controller;
 pub mod error;
 pub mod jet;
 pub mod reference;
+pub mod robust_adaptive;
+pub mod rotation;
+pub mod saturated;
+pub mod saturation;
 pub mod sqrt;
 pub mod trajectory;
 pub mod vehicle;

@@ -1,0 +1,229 @@
+//! What both controllers share: steps 1 to 3 of the paper, their configuration and their memory.
+
+mod admission;
+mod attitude;
+mod force;
+mod rate;
+mod validation;
+
+use glam::{Mat3, Quat, Vec3};
+
+pub(crate) use admission::Admitted;
+use attitude::{DesiredAttitude, desired_attitude};
+use force::{ForceCommand, force_command};
+use rate::virtual_rate;
+pub(crate) use rate::{AuxiliaryTerms, VirtualRate};
+pub(crate) use validation::require_integrable;
+
+use crate::adaptation::Estimate;
+use crate::config::CascadeGains;
+use crate::controller::{Intermediates, StepOutput, StepStatus};
+use crate::error::{Bound, ConfigError, require};
+use crate::reference::Reference;
+use crate::rotation::{from_axes, inverse_mul, nearest_sign};
+use crate::vehicle::{InitialEstimate, Uncertainty, VehicleState, Wrench, WrenchBounds};
+
+/// Below this the decaying part of `delta^2` is negligible and stops, well above subnormals.
+const SMOOTHING_FLOOR: f32 = 1e-20;
+
+/// The validated, immutable part of a controller that steps 1 to 3 use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Cascade {
+    pub step_period: f32,
+    pub reference_acceleration_max: f32,
+    pub uncertainty: Uncertainty,
+    pub gains: CascadeGains,
+    pub bounds: WrenchBounds,
+    initial: InitialEstimate,
+    /// `[1/m_hi, 1/m_lo]`, the set of `beta`.
+    inverse_mass_min: f32,
+    inverse_mass_max: f32,
+    /// `1 - exp(-2 delta_1 dt)`: what one step takes off the decaying part of `delta^2`.
+    smoothing_decay: f32,
+    /// Squares of the floors of `delta`.
+    floor_translation: f32,
+    floor_rotation: f32,
+}
+
+/// The memory of steps 1 to 3.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct CascadeState {
+    /// The latest wrench, held while the input is unusable.
+    wrench: Wrench,
+    /// `beta`.
+    inverse_mass: Estimate<f32>,
+    /// `exp(-2 delta_1 t)`, the decaying part of `delta^2`.
+    smoothing: f32,
+    /// `q_e` of the latest step, whose sign the next one continues.
+    pub attitude_error: Quat,
+    /// `r2` of the latest step.
+    lateral: Vec3,
+}
+
+/// One evaluation of steps 1 to 3.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Evaluation {
+    pub attitude_error: Quat,
+    pub virtual_rate: VirtualRate,
+    /// `R(q)`.
+    pub r: Mat3,
+    pub status: StepStatus,
+    force: ForceCommand,
+    desired: DesiredAttitude,
+}
+
+impl Cascade {
+    /// The memory before the first step.
+    pub fn initial_state(&self) -> CascadeState {
+        let bounds = self.bounds;
+        let hover = self.initial.mass * crate::vehicle::GRAVITY;
+        CascadeState {
+            wrench: Wrench {
+                thrust: hover.clamp(bounds.thrust_min, bounds.thrust_max),
+                torque_body: Vec3::ZERO,
+            },
+            inverse_mass: Estimate::new(self.clamped_inverse(self.initial.mass)),
+            smoothing: 1.0,
+            attitude_error: Quat::IDENTITY,
+            lateral: Vec3::Y,
+        }
+    }
+
+    /// The memory `elapsed` seconds after a first step, with estimate `inverse_mass`.
+    pub fn resume(&self, elapsed: f32, inverse_mass: f32) -> Result<CascadeState, ConfigError> {
+        require("checkpoint.elapsed", elapsed, Bound::NotNegative, "time since the first step")?;
+        let set = Bound::Inside(self.inverse_mass_min, self.inverse_mass_max);
+        require("checkpoint.inverse_mass", inverse_mass, set, "the set of beta, (14)")?;
+        let smoothing = libm::expf(-2.0 * self.gains.delta_1 * elapsed);
+        Ok(CascadeState {
+            inverse_mass: Estimate::new(inverse_mass),
+            smoothing: if smoothing > SMOOTHING_FLOOR { smoothing } else { SMOOTHING_FLOOR },
+            ..self.initial_state()
+        })
+    }
+
+    /// `1/mass`, inside the set of `beta` whatever the rounding.
+    fn clamped_inverse(&self, mass: f32) -> f32 {
+        (1.0 / mass).clamp(self.inverse_mass_min, self.inverse_mass_max)
+    }
+
+    /// Whether the projection (14) lets `beta` move at `rate`.
+    #[inline(always)]
+    fn adapts(&self, beta: f32, rate: f32) -> bool {
+        if rate > 0.0 { beta < self.inverse_mass_max } else { beta > self.inverse_mass_min }
+    }
+
+    /// `delta^2` of the rotational smooth sign.
+    #[inline(always)]
+    pub fn delta_squared_rotation(&self, state: &CascadeState) -> f32 {
+        state.smoothing + self.floor_rotation
+    }
+
+    /// Steps 1 to 3. `auxiliary` gives `q_a`'s matrix and, from `R(q)`, the auxiliary terms.
+    #[inline(always)]
+    pub fn evaluate(
+        &self,
+        state: &CascadeState,
+        input: &Admitted,
+        vehicle: &VehicleState,
+        reference: &Reference,
+        auxiliary: Option<(&Mat3, &AuxiliaryTerms)>,
+    ) -> Evaluation {
+        let beta = state.inverse_mass.value();
+        let delta_squared = state.smoothing + self.floor_translation;
+        let r = input.r;
+        let force = force_command(self, beta, delta_squared, vehicle, &r, reference);
+        let r_a = auxiliary.map(|(r_a, _)| r_a);
+        let desired = desired_attitude(&force.alpha, force.thrust, reference, state.lateral, r_a);
+        let q_d = from_axes(&desired.axes_world);
+        let (q_e, flipped) = nearest_sign(inverse_mul(q_d, input.attitude), state.attitude_error);
+        let terms = auxiliary.map(|(_, terms)| terms);
+        let rate = vehicle.rate_body;
+        let virtual_rate = virtual_rate(self, beta, &force, &desired, q_e, rate, terms);
+        let mut status = input.status;
+        status.set(StepStatus::HEADING_HELD, desired.held);
+        status.set(StepStatus::SIGN_FLIPPED, flipped);
+        Evaluation { attitude_error: q_e, virtual_rate, r, status, force, desired }
+    }
+
+    /// Commits one step: what steps 1 to 3 remember, and the wrench with thrust inside its bounds.
+    #[inline(always)]
+    pub fn commit(
+        &self,
+        state: &mut CascadeState,
+        evaluation: &Evaluation,
+        torque_body: Vec3,
+        torque_demand_body: Vec3,
+        mut status: StepStatus,
+    ) -> StepOutput {
+        let increment = self.step_period * evaluation.force.inverse_mass_rate;
+        let (lower, upper) = (self.inverse_mass_min, self.inverse_mass_max);
+        if state.inverse_mass.advance(increment, lower, upper) {
+            status |= StepStatus::MASS_PROJECTED;
+        }
+        // Rounding alone can take |alpha| past (19) or (20).
+        let thrust = evaluation.force.thrust.clamp(self.bounds.thrust_min, self.bounds.thrust_max);
+        state.wrench = Wrench { thrust, torque_body };
+        state.attitude_error = evaluation.attitude_error;
+        state.lateral = evaluation.desired.lateral;
+        self.decay(state);
+        StepOutput { wrench: state.wrench, torque_demand_body, status }
+    }
+
+    /// A step without usable input: the last wrench again, and no estimate moves.
+    #[cold]
+    pub fn hold(&self, state: &mut CascadeState, cause: StepStatus) -> StepOutput {
+        self.decay(state);
+        StepOutput {
+            wrench: state.wrench,
+            torque_demand_body: state.wrench.torque_body,
+            status: cause | StepStatus::OUTPUT_HELD,
+        }
+    }
+
+    /// `exp(-2 delta_1 t)` one step on.
+    #[inline(always)]
+    fn decay(&self, state: &mut CascadeState) {
+        let next = state.smoothing - self.smoothing_decay * state.smoothing;
+        if next > SMOOTHING_FLOOR {
+            state.smoothing = next;
+        }
+    }
+}
+
+impl CascadeState {
+    /// `beta` [1/kg].
+    #[inline(always)]
+    pub fn inverse_mass(&self) -> f32 {
+        self.inverse_mass.value()
+    }
+}
+
+impl Evaluation {
+    /// Sum of the quantities that decide the wrench and the mass estimate: finite if they all are.
+    #[inline(always)]
+    pub fn sum(&self) -> f32 {
+        self.force.thrust + self.force.inverse_mass_rate
+    }
+
+    /// What steps 1 to 3 show an observer; the controller adds its own.
+    pub fn intermediates(&self) -> Intermediates {
+        let Self { force, desired, virtual_rate, .. } = self;
+        Intermediates {
+            position_error_world: force.position_error,
+            velocity_error_world: force.velocity_error,
+            g: force.g,
+            alpha: force.alpha.value,
+            alpha_dot: force.alpha.first,
+            alpha_ddot: force.alpha.second,
+            thrust: force.thrust,
+            desired_rate: desired.rate,
+            desired_rate_dot: desired.rate_dot,
+            attitude_error: self.attitude_error,
+            mu: virtual_rate.mu,
+            mu_dot: virtual_rate.mu_dot,
+            inverse_mass_rate: force.inverse_mass_rate,
+            ..Intermediates::default()
+        }
+    }
+}

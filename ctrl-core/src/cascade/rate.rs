@@ -1,0 +1,92 @@
+//! Step 3: from the attitude error to the virtual rate `mu` and its exact derivative.
+//!
+//! With `nu = w - R_e^T w_r` the rate of the attitude error and `D = R_d`, or `R_a R_d` with an
+//! auxiliary system (`W_a = 0` and `eps_a = 0` without one):
+//!
+//! ```text
+//! q_e = (q_a ⊗ q_d)^-1 ⊗ q                                                   (27), (46)
+//! w_r = w_d + R_d^T W_a
+//! y   = (eta_e I + S(eps_e))^T D^T G
+//! mu  = 2 c beta f S(e3)^T y - k3 eps_e + R_e^T w_d - k5 R_ta^T eps_a         (31), (49)
+//! q_e' = 1/2 A(q_e) nu                                                       (28)
+//! (R_e^T w_d)' = R_e^T w_d' - nu × R_e^T w_d
+//! (D^T G)'     = D^T G' - w_r × D^T G
+//! ```
+//! The auxiliary terms are simplest in body axes. As `R_a eps_a = eps_a`, let
+//! `E = R_ta^T eps_a = R^T eps_a` and `o = R_ta^T W_a = w_a - k5 E`; then
+//! `R_e^T w_r = R_e^T w_d + o`, `R_d^T W_a = R_e o` and `E' = 1/2 (eta_a o + E × o) - (w - o) × E`.
+
+use glam::{Mat3, Quat, Vec3};
+
+use super::Cascade;
+use super::attitude::DesiredAttitude;
+use super::force::ForceCommand;
+use crate::rotation::{quaternion_rate, transpose_mul, vector_part};
+
+/// What the auxiliary system of controller 2 contributes, in body axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AuxiliaryTerms {
+    /// `o = R_ta^T W_a` [rad/s].
+    pub rate_body: Vec3,
+    /// `k5 E = k5 R_ta^T eps_a` [rad/s].
+    pub virtual_rate: Vec3,
+    /// `(k5 E)'` [rad/s^2].
+    pub virtual_rate_dot: Vec3,
+}
+
+/// `mu` and its derivative.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct VirtualRate {
+    /// `mu` [rad/s].
+    pub mu: Vec3,
+    /// `mu'` [rad/s^2].
+    pub mu_dot: Vec3,
+}
+
+/// `S(e3)^T y = (y.y, -y.x, 0)`.
+#[inline(always)]
+fn cross_e3(y: Vec3) -> Vec3 {
+    Vec3::new(y.y, -y.x, 0.0)
+}
+
+/// Evaluates step 3 at attitude error `q_e`, inverse mass `beta` and body rate `rate_body`.
+#[inline(always)]
+pub(crate) fn virtual_rate(
+    law: &Cascade,
+    beta: f32,
+    force: &ForceCommand,
+    desired: &DesiredAttitude,
+    q_e: Quat,
+    rate_body: Vec3,
+    auxiliary: Option<&AuxiliaryTerms>,
+) -> VirtualRate {
+    let r_e = Mat3::from_quat(q_e);
+    let (eta, eps) = (q_e.w, vector_part(q_e));
+    let k3 = law.gains.k3;
+
+    // Feed-forward R_e^T w_d, and nu.
+    let forward = transpose_mul(&r_e, desired.rate);
+    let relative = rate_body - forward;
+    let nu = auxiliary.map_or(relative, |terms| relative - terms.rate_body);
+    let forward_dot = transpose_mul(&r_e, desired.rate_dot) - nu.cross(forward);
+    let (eta_dot, eps_dot) = quaternion_rate(q_e, nu); // (28)
+
+    // Coupling 2 c beta f S(e3)^T (eta I + S(eps))^T D^T G.
+    let w_r = auxiliary.map_or(desired.rate, |terms| desired.rate + r_e * terms.rate_body);
+    let g = transpose_mul(&desired.axes_world, force.g);
+    let g_dot = transpose_mul(&desired.axes_world, force.g_dot) - w_r.cross(g);
+    let y = eta * g - eps.cross(g);
+    let y_dot = eta_dot * g + eta * g_dot - eps_dot.cross(g) - eps.cross(g_dot);
+    let weight = 2.0 * law.gains.c * beta * force.thrust;
+    let weight_dot =
+        2.0 * law.gains.c * (force.inverse_mass_rate * force.thrust + beta * force.thrust_dot);
+
+    let mu = weight * cross_e3(y) - k3 * eps + forward; // (31), (49)
+    let mu_dot = weight_dot * cross_e3(y) + weight * cross_e3(y_dot) - k3 * eps_dot + forward_dot;
+    match auxiliary {
+        None => VirtualRate { mu, mu_dot },
+        Some(terms) => {
+            VirtualRate { mu: mu - terms.virtual_rate, mu_dot: mu_dot - terms.virtual_rate_dot }
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Controller 1: robust adaptive tracking with unknown mass, inertia and bounded disturbances
+//! (Theorem 1). Step 4 of the paper, on top of the shared [cascade](crate::config::CascadeGains).
+//!
+//! ```text
+//! w_e = w - mu
+//! Y   = S(w) diag(w) + diag(mu')
+//! tau = -k4 w_e - eps_e + Y a_hat - D2 h(w_e, delta_r)                       (34)
+//! a_hat' = Proj[J_lo, J_hi]( -gamma2 Y^T w_e )                               (35)
+//! ```
+
+use glam::{Quat, Vec3};
+
+use crate::adaptation::Estimate;
+use crate::cascade::{Cascade, CascadeState, Evaluation};
+use crate::config::{Checkpoint, RobustAdaptiveConfig};
+use crate::controller::{
+    Auxiliary, Estimates, Intermediates, StepOutput, StepStatus, TrackingController,
+};
+use crate::error::{Bound, ConfigError, require};
+use crate::reference::Reference;
+use crate::rotation::vector_part;
+use crate::saturation::smooth_sign_value;
+use crate::vehicle::{Interval, VehicleState, WrenchBounds};
+
+/// Controller 1, validated. Thrust is bounded by (19) and (20); torque is not bounded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobustAdaptive {
+    cascade: Cascade,
+    config: RobustAdaptiveConfig,
+}
+
+/// Memory of controller 1 between two steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobustAdaptiveState {
+    cascade: CascadeState,
+    /// `a_hat`.
+    inertia: Estimate<Vec3>,
+}
+
+/// Step 4: torque and adaptation.
+struct Law {
+    rate_error: Vec3,
+    torque: Vec3,
+    inertia_rate: Vec3,
+}
+
+impl RobustAdaptive {
+    /// Validates `config`.
+    ///
+    /// # Errors
+    /// The first parameter that is not finite, of the wrong sign or order, violates (19), or asks
+    /// for a loop that the fixed step cannot integrate, with its value and the bound.
+    pub fn new(config: &RobustAdaptiveConfig) -> Result<Self, ConfigError> {
+        let cascade = Cascade::new(
+            config.step_period,
+            config.reference_acceleration_max,
+            config.uncertainty,
+            config.initial,
+            config.cascade,
+        )?;
+        require("k4", config.k4, Bound::Positive, "(34)")?;
+        require("gamma2", config.gamma2, Bound::NotNegative, "(35)")?;
+        let Interval { lower, upper } = config.uncertainty.inertia;
+        let sign_slope = config.uncertainty.disturbance_torque / config.cascade.delta_min_rotation;
+        // d(tau)/dw / J_lo: rate gain and smooth sign directly, attitude gain through mu'.
+        let rate = (config.k4 + sign_slope + upper * 0.5 * config.cascade.k3) / lower;
+        let name = "step_period * (k4 + D2/delta_min_rotation + J_hi k3/2)/J_lo";
+        crate::cascade::require_integrable(name, config.step_period, rate)?;
+        Ok(Self { cascade, config: *config })
+    }
+
+    /// The configuration that was validated.
+    #[must_use]
+    pub fn config(&self) -> &RobustAdaptiveConfig {
+        &self.config
+    }
+
+    /// A state that goes on from `checkpoint`.
+    ///
+    /// # Errors
+    /// Names the field of `checkpoint` that is outside its set.
+    pub fn resume(&self, checkpoint: &Checkpoint) -> Result<RobustAdaptiveState, ConfigError> {
+        let Interval { lower, upper } = self.config.uncertainty.inertia;
+        for component in checkpoint.inertia.to_array() {
+            let set = Bound::Inside(lower, upper);
+            require("checkpoint.inertia", component, set, "the set of a_hat, (35)")?;
+        }
+        Ok(RobustAdaptiveState {
+            cascade: self.cascade.resume(checkpoint.elapsed, checkpoint.inverse_mass)?,
+            inertia: Estimate::new(checkpoint.inertia),
+        })
+    }
+
+    /// Step 4 at body rate `w`.
+    #[inline(always)]
+    fn law(&self, state: &RobustAdaptiveState, evaluation: &Evaluation, w: Vec3) -> Law {
+        let Self { cascade, config } = self;
+        let mu_dot = evaluation.virtual_rate.mu_dot;
+        let rate_error = w - evaluation.virtual_rate.mu;
+        let inertia = state.inertia.value();
+        let regressor_inertia = w.cross(w * inertia) + mu_dot * inertia; // Y a_hat
+        let sign = smooth_sign_value(rate_error, cascade.delta_squared_rotation(&state.cascade));
+        let torque = regressor_inertia
+            - config.k4 * rate_error
+            - vector_part(evaluation.attitude_error)
+            - config.uncertainty.disturbance_torque * sign; // (34)
+        let transposed = w * rate_error.cross(w) + mu_dot * rate_error; // Y^T w_e
+        Law { rate_error, torque, inertia_rate: -config.gamma2 * transposed } // (35)
+    }
+
+    /// Advances the memory; called only when every number is finite.
+    #[inline(always)]
+    fn commit(
+        &self,
+        state: &mut RobustAdaptiveState,
+        evaluation: &Evaluation,
+        law: &Law,
+    ) -> StepOutput {
+        let mut status = evaluation.status;
+        let Interval { lower, upper } = self.config.uncertainty.inertia;
+        let increment = self.config.step_period * law.inertia_rate;
+        if state.inertia.advance(increment, lower, upper) {
+            status |= StepStatus::INERTIA_PROJECTED;
+        }
+        self.cascade.commit(&mut state.cascade, evaluation, law.torque, law.torque, status)
+    }
+}
+
+impl TrackingController for RobustAdaptive {
+    type State = RobustAdaptiveState;
+
+    fn initial_state(&self) -> RobustAdaptiveState {
+        RobustAdaptiveState {
+            cascade: self.cascade.initial_state(),
+            inertia: Estimate::new(self.config.initial.inertia),
+        }
+    }
+
+    #[inline]
+    fn step_observed(
+        &self,
+        state: &mut RobustAdaptiveState,
+        vehicle: &VehicleState,
+        reference: &Reference,
+        observe: impl FnOnce(&Intermediates),
+    ) -> StepOutput {
+        let input = match self.cascade.admit(vehicle, reference) {
+            Ok(input) => input,
+            Err(cause) => return self.cascade.hold(&mut state.cascade, cause),
+        };
+        let clipped;
+        let reference = if input.status.contains(StepStatus::REFERENCE_CLIPPED) {
+            clipped = self.cascade.clipped(reference);
+            &clipped
+        } else {
+            reference
+        };
+        let evaluation = self.cascade.evaluate(&state.cascade, &input, vehicle, reference, None);
+        let law = self.law(state, &evaluation, vehicle.rate_body);
+        if !(evaluation.sum() + (law.torque + law.inertia_rate).element_sum()).is_finite() {
+            return self.cascade.hold(&mut state.cascade, StepStatus::RESULT_INVALID);
+        }
+        observe(&Intermediates {
+            rate_error: law.rate_error,
+            torque_demand_body: law.torque,
+            torque_body: law.torque,
+            inertia_rate: law.inertia_rate,
+            ..evaluation.intermediates()
+        });
+        self.commit(state, &evaluation, &law)
+    }
+
+    fn step_period(&self) -> f32 {
+        self.config.step_period
+    }
+
+    fn reference_acceleration_max(&self) -> f32 {
+        self.config.reference_acceleration_max
+    }
+
+    fn bounds(&self) -> WrenchBounds {
+        self.cascade.bounds
+    }
+
+    fn estimates(&self, state: &RobustAdaptiveState) -> Estimates {
+        Estimates {
+            inverse_mass: state.cascade.inverse_mass(),
+            inertia: state.inertia.value(),
+            inverse_inertia: Vec3::ZERO,
+            gyroscopic_ratio: Vec3::ZERO,
+        }
+    }
+
+    fn attitude_error(&self, state: &RobustAdaptiveState) -> Quat {
+        state.cascade.attitude_error
+    }
+
+    fn auxiliary(&self, _: &RobustAdaptiveState) -> Auxiliary {
+        Auxiliary::REST
+    }
+}

@@ -1,0 +1,352 @@
+//! Controller 2: robust adaptive tracking whose thrust and torque never exceed their limits
+//! (Theorem 2). Step 4 of the paper with its auxiliary system, on top of the shared
+//! [cascade](crate::config::CascadeGains).
+//!
+//! ```text
+//! tau   = clip(tau_d, -M_tau, M_tau)                                         (37)
+//! W_a   = R_ta w_a - k5 eps_a                  R_ta = R_a^T R                  (41)
+//! q_a'  = 1/2 A(q_a) W_a                                                     (38)
+//! w_a'  = -k4 w_a + diag(theta_hat)(tau - tau_d)                             (39)
+//! w_e   = w - mu - w_a
+//! B     = [w2 w3, w1 w3, w1 w2]
+//! tau_d = diag(theta_hat)^-1 ( -k4 (w - mu) - eps_e - Pi_hat B + mu' - (D2/J_lo) h(w_e, delta_r) )
+//!                                                                            (50)
+//! theta_hat' = Proj[1/J_hi, 1/J_lo]( gamma2 tau w_e )                         (51)
+//! Pi_hat'    = Proj[-1, 1]( gamma3 B w_e )                                    (52)
+//! ```
+//! `q_a` moves with the world-frame rate `R_a W_a = R o`, where `o = w_a - k5 R^T eps_a`.
+
+use glam::{Mat3, Quat, Vec3};
+
+use crate::adaptation::Estimate;
+use crate::cascade::{Admitted, AuxiliaryTerms, Cascade, CascadeState, Evaluation};
+use crate::config::{Checkpoint, SaturatedConfig};
+use crate::controller::{
+    Auxiliary, Estimates, Intermediates, StepOutput, StepStatus, TrackingController,
+};
+use crate::error::{Bound, ConfigError, require};
+use crate::reference::Reference;
+use crate::rotation::{renormalised, transpose_mul, vector_part};
+use crate::saturation::{clip, smooth_sign_value};
+use crate::vehicle::{Interval, VehicleState, WrenchBounds};
+
+/// Largest turn of the auxiliary attitude in one step [rad] that its integration follows; a larger
+/// auxiliary rate is clipped. Beyond every rate of a vehicle: 500 rad/s at 1 kHz.
+const AUXILIARY_TURN_MAX: f32 = 0.5;
+
+/// Controller 2, validated. Every wrench keeps (7) and (8).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Saturated {
+    cascade: Cascade,
+    config: SaturatedConfig,
+    /// `[1/J_hi, 1/J_lo]`, the set of `theta_hat`.
+    inverse_inertia_min: f32,
+    inverse_inertia_max: f32,
+    /// `1/(1 + k4 dt)`: one implicit step of the decay in (39).
+    auxiliary_decay: f32,
+    auxiliary_rate_max: f32,
+    /// `D2/J_lo`.
+    disturbance_rate: f32,
+}
+
+/// Memory of controller 2 between two steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SaturatedState {
+    cascade: CascadeState,
+    /// `theta_hat`.
+    inverse_inertia: Estimate<Vec3>,
+    /// `Pi_hat`.
+    gyroscopic_ratio: Estimate<Vec3>,
+    auxiliary: Auxiliary,
+}
+
+/// Step 4: torque before and after saturation, and the rates of the memory.
+struct Law {
+    rate_error: Vec3,
+    torque_demand: Vec3,
+    torque: Vec3,
+    /// `diag(theta_hat)(tau - tau_d)`, the drive of (39).
+    auxiliary_drive: Vec3,
+    inverse_inertia_rate: Vec3,
+    gyroscopic_ratio_rate: Vec3,
+}
+
+impl Saturated {
+    /// Validates `config`.
+    ///
+    /// # Errors
+    /// The first parameter that is not finite, of the wrong sign or order, violates (19) or (54),
+    /// or asks for a loop that the fixed step cannot integrate, with its value and the bound.
+    pub fn new(config: &SaturatedConfig) -> Result<Self, ConfigError> {
+        let mut cascade = Cascade::new(
+            config.step_period,
+            config.reference_acceleration_max,
+            config.uncertainty,
+            config.initial,
+            config.cascade,
+        )?;
+        require("thrust_max", config.thrust_max, Bound::Positive, "M_f, (7)")?;
+        let limit = Bound::AtMost(config.thrust_max);
+        let name = "m_hi (sqrt(3) (M1 + M2 + D1 + M_p) + g)";
+        require(name, cascade.bounds.thrust_max, limit, "thrust_max M_f, (54)")?;
+        require("torque_max", config.torque_max, Bound::Positive, "M_tau, (8)")?;
+        require("k4", config.k4, Bound::Positive, "(50)")?;
+        require("k5", config.k5, Bound::Positive, "(38)")?;
+        require("gamma2", config.gamma2, Bound::NotNegative, "(51)")?;
+        require("gamma3", config.gamma3, Bound::NotNegative, "(52)")?;
+        require_integrable(config)?;
+        cascade.bounds.torque_max = config.torque_max;
+        let Interval { lower, upper } = config.uncertainty.inertia;
+        Ok(Self {
+            cascade,
+            config: *config,
+            inverse_inertia_min: 1.0 / upper,
+            inverse_inertia_max: 1.0 / lower,
+            auxiliary_decay: 1.0 / (1.0 + config.k4 * config.step_period),
+            auxiliary_rate_max: AUXILIARY_TURN_MAX / config.step_period,
+            disturbance_rate: config.uncertainty.disturbance_torque / lower,
+        })
+    }
+
+    /// The configuration that was validated.
+    #[must_use]
+    pub fn config(&self) -> &SaturatedConfig {
+        &self.config
+    }
+
+    /// A state that goes on from `checkpoint`.
+    ///
+    /// # Errors
+    /// Names the field of `checkpoint` that is outside its set.
+    pub fn resume(&self, checkpoint: &Checkpoint) -> Result<SaturatedState, ConfigError> {
+        let set = Bound::Inside(self.inverse_inertia_min, self.inverse_inertia_max);
+        for component in checkpoint.inverse_inertia.to_array() {
+            require("checkpoint.inverse_inertia", component, set, "the set of theta_hat, (51)")?;
+        }
+        for component in checkpoint.gyroscopic_ratio.to_array() {
+            let set = Bound::Inside(-1.0, 1.0);
+            require("checkpoint.gyroscopic_ratio", component, set, "the set of Pi_hat, (52)")?;
+        }
+        let Auxiliary { attitude, rate } = checkpoint.auxiliary;
+        let length = Bound::Inside(0.98, 1.02);
+        require("|checkpoint.auxiliary.attitude|^2", attitude.length_squared(), length, "unit")?;
+        for component in rate.to_array() {
+            let range = Bound::Inside(-self.auxiliary_rate_max, self.auxiliary_rate_max);
+            require("checkpoint.auxiliary.rate", component, range, "0.5 rad a step")?;
+        }
+        Ok(SaturatedState {
+            cascade: self.cascade.resume(checkpoint.elapsed, checkpoint.inverse_mass)?,
+            inverse_inertia: Estimate::new(checkpoint.inverse_inertia),
+            gyroscopic_ratio: Estimate::new(checkpoint.gyroscopic_ratio),
+            auxiliary: checkpoint.auxiliary,
+        })
+    }
+
+    /// What the auxiliary system contributes to step 3, in body axes; `w` is the body rate.
+    #[inline(always)]
+    fn auxiliary_terms(&self, auxiliary: &Auxiliary, r: &Mat3, w: Vec3) -> AuxiliaryTerms {
+        let k5 = self.config.k5;
+        let eps_body = transpose_mul(r, vector_part(auxiliary.attitude)); // E = R^T eps_a
+        let rate_body = auxiliary.rate - k5 * eps_body; // o = R_ta^T W_a
+        let own = auxiliary.attitude.w * rate_body + eps_body.cross(rate_body);
+        AuxiliaryTerms {
+            rate_body,
+            virtual_rate: k5 * eps_body,
+            virtual_rate_dot: k5 * (0.5 * own - (w - rate_body).cross(eps_body)),
+        }
+    }
+
+    /// Step 4 at body rate `w`.
+    #[inline(always)]
+    fn law(&self, state: &SaturatedState, evaluation: &Evaluation, w: Vec3) -> Law {
+        let Self { cascade, config, .. } = self;
+        let without_auxiliary = w - evaluation.virtual_rate.mu;
+        let rate_error = without_auxiliary - state.auxiliary.rate;
+        let products = Vec3::new(w.y * w.z, w.x * w.z, w.x * w.y); // B
+        let sign = smooth_sign_value(rate_error, cascade.delta_squared_rotation(&state.cascade));
+        let theta = state.inverse_inertia.value();
+        let demand = evaluation.virtual_rate.mu_dot
+            - config.k4 * without_auxiliary
+            - vector_part(evaluation.attitude_error)
+            - state.gyroscopic_ratio.value() * products
+            - self.disturbance_rate * sign;
+        let torque_demand = demand / theta; // (50)
+        let torque = clip(torque_demand, config.torque_max); // (37)
+        Law {
+            rate_error,
+            torque_demand,
+            torque,
+            auxiliary_drive: theta * (torque - torque_demand),
+            inverse_inertia_rate: config.gamma2 * torque * rate_error, // (51)
+            gyroscopic_ratio_rate: config.gamma3 * products * rate_error, // (52)
+        }
+    }
+
+    /// Advances the memory; called only when every number is finite.
+    #[inline(always)]
+    fn commit(
+        &self,
+        state: &mut SaturatedState,
+        evaluation: &Evaluation,
+        terms: &AuxiliaryTerms,
+        law: &Law,
+    ) -> StepOutput {
+        let dt = self.config.step_period;
+        let mut status = evaluation.status;
+        status.set(StepStatus::TORQUE_SATURATED, law.torque != law.torque_demand);
+        let (lower, upper) = (self.inverse_inertia_min, self.inverse_inertia_max);
+        let theta = state.inverse_inertia.advance(dt * law.inverse_inertia_rate, lower, upper);
+        let pi = state.gyroscopic_ratio.advance(dt * law.gyroscopic_ratio_rate, -1.0, 1.0);
+        if theta | pi {
+            status |= StepStatus::INERTIA_PROJECTED;
+        }
+        status |= self.advance_auxiliary(&mut state.auxiliary, &evaluation.r, terms, law);
+        let (torque, demand) = (law.torque, law.torque_demand);
+        self.cascade.commit(&mut state.cascade, evaluation, torque, demand, status)
+    }
+
+    /// One step of (38), explicit and brought back to unit length, and of (39), implicit in the decay.
+    #[inline(always)]
+    fn advance_auxiliary(
+        &self,
+        auxiliary: &mut Auxiliary,
+        r: &Mat3,
+        terms: &AuxiliaryTerms,
+        law: &Law,
+    ) -> StepStatus {
+        let dt = self.config.step_period;
+        // q_a' = 1/2 A(q_a) W_a = 1/2 [0, R o] ⊗ q_a (38)
+        let half_turn = (0.5 * dt) * (*r * terms.rate_body);
+        let (eta, eps) = (auxiliary.attitude.w, vector_part(auxiliary.attitude));
+        let next = eps + eta * half_turn + half_turn.cross(eps);
+        let q = Quat::from_xyzw(next.x, next.y, next.z, eta - half_turn.dot(eps));
+        auxiliary.attitude = renormalised(q).unwrap_or(Quat::IDENTITY);
+        let rate = (auxiliary.rate + dt * law.auxiliary_drive) * self.auxiliary_decay; // (39)
+        auxiliary.rate = clip(rate, self.auxiliary_rate_max);
+        if auxiliary.rate == rate { StepStatus::empty() } else { StepStatus::AUXILIARY_CLIPPED }
+    }
+
+    /// Steps 1 to 4 without committing anything.
+    #[inline(always)]
+    fn evaluate(
+        &self,
+        state: &SaturatedState,
+        input: &Admitted,
+        vehicle: &VehicleState,
+        reference: &Reference,
+    ) -> (Evaluation, AuxiliaryTerms, Law) {
+        let w = vehicle.rate_body;
+        let terms = self.auxiliary_terms(&state.auxiliary, &input.r, w);
+        let r_a = Mat3::from_quat(state.auxiliary.attitude);
+        let auxiliary = Some((&r_a, &terms));
+        let evaluation =
+            self.cascade.evaluate(&state.cascade, input, vehicle, reference, auxiliary);
+        let law = self.law(state, &evaluation, w);
+        (evaluation, terms, law)
+    }
+
+    /// `W_a` in its own axes, for an observer.
+    fn auxiliary_attitude_rate(state: &SaturatedState, r: &Mat3, terms: &AuxiliaryTerms) -> Vec3 {
+        let r_a = Mat3::from_quat(state.auxiliary.attitude);
+        transpose_mul(&r_a, *r * terms.rate_body)
+    }
+}
+
+/// Loops of step 4.
+fn require_integrable(config: &SaturatedConfig) -> Result<(), ConfigError> {
+    use crate::cascade::require_integrable;
+    let Interval { lower, upper } = config.uncertainty.inertia;
+    let dt = config.step_period;
+    let sign_slope =
+        config.uncertainty.disturbance_torque / (lower * config.cascade.delta_min_rotation);
+    // The estimate may be off by J_hi/J_lo, which scales the whole loop.
+    let rate = (config.k4 + sign_slope + 0.5 * config.cascade.k3) * (upper / lower);
+    let name = "step_period * (k4 + D2/(J_lo delta_min_rotation) + k3/2) J_hi/J_lo";
+    require_integrable(name, dt, rate)?;
+    require_integrable("step_period * k5", dt, config.k5)?;
+    let frequency = config.torque_max * crate::sqrt::sqrt(config.gamma2);
+    require_integrable("step_period * M_tau sqrt(gamma2)", dt, frequency)
+}
+
+impl TrackingController for Saturated {
+    type State = SaturatedState;
+
+    fn initial_state(&self) -> SaturatedState {
+        let (lower, upper) = (self.inverse_inertia_min, self.inverse_inertia_max);
+        let inverse =
+            self.config.initial.inertia.recip().clamp(Vec3::splat(lower), Vec3::splat(upper));
+        SaturatedState {
+            cascade: self.cascade.initial_state(),
+            inverse_inertia: Estimate::new(inverse),
+            gyroscopic_ratio: Estimate::new(Vec3::ZERO),
+            auxiliary: Auxiliary::REST,
+        }
+    }
+
+    #[inline]
+    fn step_observed(
+        &self,
+        state: &mut SaturatedState,
+        vehicle: &VehicleState,
+        reference: &Reference,
+        observe: impl FnOnce(&Intermediates),
+    ) -> StepOutput {
+        let input = match self.cascade.admit(vehicle, reference) {
+            Ok(input) => input,
+            Err(cause) => return self.cascade.hold(&mut state.cascade, cause),
+        };
+        let clipped;
+        let reference = if input.status.contains(StepStatus::REFERENCE_CLIPPED) {
+            clipped = self.cascade.clipped(reference);
+            &clipped
+        } else {
+            reference
+        };
+        let (evaluation, terms, law) = self.evaluate(state, &input, vehicle, reference);
+        let rates = law.inverse_inertia_rate + law.gyroscopic_ratio_rate + law.auxiliary_drive;
+        let sum = evaluation.sum() + (law.torque_demand + rates + terms.rate_body).element_sum();
+        if !sum.is_finite() {
+            return self.cascade.hold(&mut state.cascade, StepStatus::RESULT_INVALID);
+        }
+        observe(&Intermediates {
+            rate_error: law.rate_error,
+            torque_demand_body: law.torque_demand,
+            torque_body: law.torque,
+            inverse_inertia_rate: law.inverse_inertia_rate,
+            gyroscopic_ratio_rate: law.gyroscopic_ratio_rate,
+            auxiliary_attitude_rate: Self::auxiliary_attitude_rate(state, &input.r, &terms),
+            auxiliary_rate_dot: law.auxiliary_drive - self.config.k4 * state.auxiliary.rate,
+            ..evaluation.intermediates()
+        });
+        self.commit(state, &evaluation, &terms, &law)
+    }
+
+    fn step_period(&self) -> f32 {
+        self.config.step_period
+    }
+
+    fn reference_acceleration_max(&self) -> f32 {
+        self.config.reference_acceleration_max
+    }
+
+    fn bounds(&self) -> WrenchBounds {
+        self.cascade.bounds
+    }
+
+    fn estimates(&self, state: &SaturatedState) -> Estimates {
+        Estimates {
+            inverse_mass: state.cascade.inverse_mass(),
+            inertia: Vec3::ZERO,
+            inverse_inertia: state.inverse_inertia.value(),
+            gyroscopic_ratio: state.gyroscopic_ratio.value(),
+        }
+    }
+
+    fn attitude_error(&self, state: &SaturatedState) -> Quat {
+        state.cascade.attitude_error
+    }
+
+    fn auxiliary(&self, state: &SaturatedState) -> Auxiliary {
+        state.auxiliary
+    }
+}
