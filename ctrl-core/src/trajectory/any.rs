@@ -1,0 +1,162 @@
+//! Choice of a trajectory at run time, by a scenario file or a message.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Circle, CircleConfig, Hover, HoverConfig, Lemniscate, LemniscateConfig, RisingCircle,
+    RisingCircleConfig, Trajectory, WaypointPath, WaypointPathConfig,
+};
+use crate::error::ConfigError;
+use crate::reference::Reference;
+
+/// The configuration of one trajectory of any kind.
+///
+/// In text the kind is the key and its fields the value, so that a file's reader can point at a
+/// wrong field; in TOML:
+///
+/// ```toml
+/// [trajectory.rising_circle]
+/// radius = 100.0       # [m]
+/// angular_rate = 0.05  # [rad/s]
+/// height = 10.0        # [m]
+/// rise_rate = 0.1      # [1/s]
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to put the path on")]
+pub enum TrajectoryConfig {
+    /// Standing still.
+    Hover(HoverConfig),
+    /// The paper's trajectory.
+    RisingCircle(RisingCircleConfig),
+    /// A horizontal circle.
+    Circle(CircleConfig),
+    /// A horizontal figure of eight.
+    Lemniscate(LemniscateConfig),
+    /// Legs through waypoints.
+    WaypointPath(WaypointPathConfig),
+}
+
+impl TrajectoryConfig {
+    /// Builds the trajectory, sampled every `step_period` [s].
+    ///
+    /// # Errors
+    /// That of the kind's constructor: the field or product, its value and the bound.
+    pub fn build(&self, step_period: f32) -> Result<AnyTrajectory, ConfigError> {
+        Ok(match self {
+            Self::Hover(config) => AnyTrajectory::Hover(Hover::new(config, step_period)?),
+            Self::RisingCircle(config) => {
+                AnyTrajectory::RisingCircle(RisingCircle::new(config, step_period)?)
+            }
+            Self::Circle(config) => AnyTrajectory::Circle(Circle::new(config, step_period)?),
+            Self::Lemniscate(config) => {
+                AnyTrajectory::Lemniscate(Lemniscate::new(config, step_period)?)
+            }
+            Self::WaypointPath(config) => {
+                AnyTrajectory::WaypointPath(WaypointPath::new(config, step_period)?)
+            }
+        })
+    }
+}
+
+/// One trajectory of any kind, validated.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to put the path on")]
+pub enum AnyTrajectory {
+    /// Standing still.
+    Hover(Hover),
+    /// The paper's trajectory.
+    RisingCircle(RisingCircle),
+    /// A horizontal circle.
+    Circle(Circle),
+    /// A horizontal figure of eight.
+    Lemniscate(Lemniscate),
+    /// Legs through waypoints.
+    WaypointPath(WaypointPath),
+}
+
+/// Evaluates the expression for whichever kind it is.
+macro_rules! of_any {
+    ($any:expr, $trajectory:ident => $value:expr) => {
+        match $any {
+            AnyTrajectory::Hover($trajectory) => $value,
+            AnyTrajectory::RisingCircle($trajectory) => $value,
+            AnyTrajectory::Circle($trajectory) => $value,
+            AnyTrajectory::Lemniscate($trajectory) => $value,
+            AnyTrajectory::WaypointPath($trajectory) => $value,
+        }
+    };
+}
+
+impl Trajectory for AnyTrajectory {
+    fn reference(&self, tick: u64) -> Reference {
+        of_any!(self, trajectory => trajectory.reference(tick))
+    }
+
+    fn acceleration_bound(&self) -> f32 {
+        of_any!(self, trajectory => trajectory.acceleration_bound())
+    }
+
+    fn step_period(&self) -> f32 {
+        of_any!(self, trajectory => trajectory.step_period())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Heading;
+    use super::*;
+    use crate::trajectory::Leg;
+    use glam::Vec3;
+    use std::string::ToString;
+
+    fn read(text: &str) -> Result<TrajectoryConfig, serde_json::Error> {
+        serde_json::from_str(text)
+    }
+
+    #[test]
+    fn each_kind_is_read_from_text_and_built() {
+        let hover = r#"{"hover": {"position_world": [1, 2, 3], "yaw": 0}}"#;
+        let rising = r#"{"rising_circle":
+            {"radius": 100, "angular_rate": 0.05, "height": 10, "rise_rate": 0.1}}"#;
+        let circle = r#"{"circle": {"centre_world": [0, 0, 3], "radius": 2, "angular_rate": 1,
+            "heading": "tangent"}}"#;
+        let eight = r#"{"lemniscate": {"centre_world": [0, 0, 3], "amplitude_x": 2,
+            "amplitude_y": 1, "angular_rate": 0.5, "yaw": 0}}"#;
+        let path = r#"{"waypoint_path": {"start_world": [0, 0, 1], "yaw": 0,
+            "legs": [{"duration": 4, "position_world": [1, 0, 1]}]}}"#;
+        for (text, bound) in
+            [(hover, 0.0), (rising, 0.25), (circle, 2.0), (eight, 1.0), (path, 0.59)]
+        {
+            let trajectory = read(text).unwrap().build(1e-3).unwrap();
+            assert!((trajectory.acceleration_bound() - bound).abs() < 0.01, "{text}");
+            assert_eq!(trajectory.step_period(), 1e-3);
+            assert!(trajectory.reference(1234).position_world.is_finite());
+        }
+    }
+
+    #[test]
+    fn the_chosen_trajectory_flies_as_the_kind_itself() {
+        let config = CircleConfig {
+            centre_world: Vec3::Z,
+            radius: 1.0,
+            angular_rate: 1.0,
+            heading: Heading::Yaw(0.5),
+        };
+        let chosen = TrajectoryConfig::Circle(config).build(2e-3).unwrap();
+        let circle = Circle::new(&config, 2e-3).unwrap();
+        assert_eq!(chosen.reference(777), circle.reference(777));
+    }
+
+    #[test]
+    fn unknown_kinds_and_fields_are_refused() {
+        assert!(read(r#"{"spiral": {}}"#).unwrap_err().to_string().contains("spiral"));
+        let text = r#"{"hover": {"position_world": [1, 2, 3], "yaw": 0, "speed": 1}}"#;
+        assert!(read(text).unwrap_err().to_string().contains("speed"));
+        let leg = Leg { duration: -1.0, ..Leg::to(Vec3::X, 1.0) };
+        let legs = heapless::Vec::from_slice(&[leg]).unwrap();
+        let config = WaypointPathConfig { start_world: Vec3::ZERO, yaw: 0.0, legs };
+        let error = TrajectoryConfig::WaypointPath(config).build(1e-3).unwrap_err();
+        assert_eq!(error.parameter, "waypoint_path.legs.duration");
+    }
+}
