@@ -7,7 +7,11 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod evidence;
 pub mod rate_loop;
+pub mod rotor_output;
 
 #[cfg(all(target_os = "none", feature = "image"))]
 pub mod board;
+#[cfg(all(target_os = "none", feature = "image"))]
+pub mod fault;

@@ -1,46 +1,61 @@
-//! m
+//! The image: wires the tasks to the library.
+//!
+//! | task | priority | released by |
+//! |---|---|---|
+//! | `receive` | 5 | each byte on the link |
+//! | `control` | 4 | SysTick |
+//! | `state_input`, `telemetry`, `housekeeping` | 3, 2, 1 | `control`, when due |
 #![no_std]
 #![no_main]
 
+#[cfg(not(feature = "emulator"))]
+use defmt_rtt as _;
+#[cfg(feature = "emulator")]
 use defmt_semihosting as _;
-use stm32f4xx_hal as _;
-
-#[panic_handler]
-fn panic(_: &core::panic::PanicInfo) -> ! {
-    semihosting::process::exit(1)
-}
 
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
-    use stm32f4xx_hal::{pac, prelude::*, rcc};
+    use core::sync::atomic::Ordering::Relaxed;
+
+    use firmware::board::peripherals::{Peripherals, now, start_control_tick};
+    use firmware::board::{Active, Board};
+    use firmware::fault::{UPTIME, take_evidence};
+
     #[shared]
     struct Shared {}
+
     #[local]
     struct Local {
-        n: u32,
+        tick: u32,
     }
+
     #[init]
     fn init(mut cx: init::Context) -> (Shared, Local) {
-        defmt::info!("hello");
-        let rcc = cx.device.RCC.freeze(rcc::Config::hsi());
-        cx.core.SYST.set_reload(168_000 - 1);
-        cx.core.SYST.clear_current();
-        cx.core.SYST.enable_counter();
-        cx.core.SYST.enable_interrupt();
-        defmt::info!("up {}", rcc.clocks.sysclk().raw());
-        rtic::pend(pac::Interrupt::SPI1);
-        (Shared {}, Local { n: 0 })
+        let peripherals = Peripherals::new(cx.device, 4.0);
+        if let Some(evidence) = take_evidence() {
+            defmt::error!("fault before this boot: {=str}", evidence.cause.name());
+            Active::report(&evidence);
+        }
+        start_control_tick(&mut cx.core.SYST, 1000);
+        defmt::info!("up {}", now());
+        let _ = peripherals.rotors;
+        (Shared {}, Local { tick: 0 })
     }
-    #[task(binds = SysTick, priority = 4, local=[n])]
-    fn control(cx: control::Context) {
-        *cx.local.n += 1;
-        if *cx.local.n == 1000 {
-            defmt::info!("bye");
-            semihosting::process::exit(0);
+
+    #[idle]
+    fn idle(_: idle::Context) -> ! {
+        loop {
+            cortex_m::asm::wfi();
         }
     }
-    #[task(binds = SPI1, priority = 1)]
-    fn low(_cx: low::Context) {
-        defmt::info!("low");
+
+    #[task(binds = SysTick, priority = 4, local = [tick])]
+    fn control(cx: control::Context) {
+        *cx.local.tick += 1;
+        UPTIME.store(*cx.local.tick, Relaxed);
+        Active::exercise(*cx.local.tick);
+        if *cx.local.tick % 1000 == 0 {
+            defmt::info!("now {}", now());
+        }
     }
 }
