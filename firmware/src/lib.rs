@@ -9,7 +9,9 @@ extern crate std;
 
 pub mod evidence;
 pub mod rate_loop;
+pub mod replay;
 pub mod rotor_output;
+pub mod scenario;
 
 #[cfg(all(target_os = "none", feature = "image"))]
 pub mod board;
