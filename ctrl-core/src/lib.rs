@@ -10,6 +10,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod allocation;
 pub mod config;
 pub mod controller;
 pub mod error;
