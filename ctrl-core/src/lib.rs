@@ -15,6 +15,7 @@ pub mod config;
 pub mod controller;
 pub mod error;
 pub mod jet;
+pub mod mode;
 pub mod reference;
 pub mod sqrt;
 pub mod trajectory;
