@@ -11,11 +11,13 @@
 extern crate std;
 
 pub mod adaptation;
+pub mod allocation;
 mod cascade;
 pub mod config;
 pub mod controller;
 pub mod error;
 pub mod jet;
+pub mod mode;
 pub mod reference;
 pub mod robust_adaptive;
 pub mod rotation;
