@@ -7,7 +7,7 @@
 //! pulse = 1000 us + 1000 us sqrt(T / T_max)
 //! ```
 
-use ctrl_core::sqrt::sqrt;
+use ctrl_core::allocation::throttle;
 use embedded_hal::pwm::SetDutyCycle;
 
 /// Pulses a second [Hz]: the most that standard pulses leave room for.
@@ -21,12 +21,12 @@ pub const PULSE_FULL: f32 = 2.0e-3;
 #[derive(Debug)]
 pub struct RotorOutput<P, const N: usize> {
     channels: [P; N],
-    thrust_max: f32,
+    thrust_max: [f32; N],
 }
 
 impl<P: SetDutyCycle, const N: usize> RotorOutput<P, N> {
-    /// Takes the channels, all stopped; `thrust_max` is one rotor's thrust at full speed [N].
-    pub fn new(channels: [P; N], thrust_max: f32) -> Self {
+    /// Takes the channels, all stopped; `thrust_max` is each rotor's thrust at full speed [N].
+    pub fn new(channels: [P; N], thrust_max: [f32; N]) -> Self {
         let mut output = Self { channels, thrust_max };
         output.stop();
         output
@@ -37,8 +37,8 @@ impl<P: SetDutyCycle, const N: usize> RotorOutput<P, N> {
     ///
     /// A channel's error is not looked at: a timer's is [`core::convert::Infallible`].
     pub fn command(&mut self, thrust: &[f32; N]) {
-        for (channel, thrust) in self.channels.iter_mut().zip(thrust) {
-            let duty = duty(pulse(*thrust, self.thrust_max), channel.max_duty_cycle());
+        for ((channel, thrust), max) in self.channels.iter_mut().zip(thrust).zip(self.thrust_max) {
+            let duty = duty(pulse(*thrust, max), channel.max_duty_cycle());
             let _ = channel.set_duty_cycle(duty);
         }
     }
@@ -56,9 +56,7 @@ impl<P: SetDutyCycle, const N: usize> RotorOutput<P, N> {
 
 /// Pulse length for a thrust [s].
 fn pulse(thrust: f32, thrust_max: f32) -> f32 {
-    let fraction = thrust / thrust_max;
-    // `max` before `min`: both drop a NaN, and the first one then gives the stop.
-    PULSE_STOP + (PULSE_FULL - PULSE_STOP) * sqrt(fraction.max(0.0).min(1.0))
+    PULSE_STOP + (PULSE_FULL - PULSE_STOP) * throttle(thrust, thrust_max)
 }
 
 /// Counts of a timer with `max` counts a period that give a pulse [s].
@@ -89,14 +87,14 @@ mod tests {
     }
 
     fn commanded(thrust: [f32; 4]) -> [u16; 4] {
-        let mut output = RotorOutput::new([Recorder(7); 4], 4.0);
+        let mut output = RotorOutput::new([Recorder(7); 4], [4.0; 4]);
         output.command(&thrust);
         output.channels().map(|channel| channel.0)
     }
 
     #[test]
     fn starts_stopped() {
-        let output = RotorOutput::new([Recorder(7); 4], 4.0);
+        let output = RotorOutput::new([Recorder(7); 4], [4.0; 4]);
         assert_eq!(output.channels().map(|channel| channel.0), [10_000; 4]);
     }
 
@@ -114,7 +112,7 @@ mod tests {
 
     #[test]
     fn stop_takes_every_rotor_back() {
-        let mut output = RotorOutput::new([Recorder(0); 4], 4.0);
+        let mut output = RotorOutput::new([Recorder(0); 4], [4.0; 4]);
         output.command(&[3.0; 4]);
         output.stop();
         assert_eq!(output.channels().map(|channel| channel.0), [10_000; 4]);
