@@ -1,1 +1,5 @@
-//! Software-in-the-loop harness.
+//! Software-in-the-loop harness: flies the controllers of `ctrl-core` against a simulated vehicle.
+
+pub mod closed_loop;
+pub mod plant;
+pub mod sample;
