@@ -1,4 +1,9 @@
 //! The simulated vehicle: truth in `f64`, from which the controller's `f32` state is rounded.
+//!
+//! A file a physical effect: [`rigid_body`] moves the vehicle, [`disturbance`] pushes it.
+
+pub mod disturbance;
+pub mod rigid_body;
 
 use ctrl_core::vehicle::VehicleState;
 use glam::{DQuat, DVec3};
