@@ -1,4 +1,4 @@
-//! Steps 2 and 3 from the truth: desired attitude (22)-(24), error (27), (46), coupling (31), (49).
+//! Step 2 from the truth: desired attitude (22)-(24) and its error (27), (46).
 
 use ctrl_core::reference::Reference;
 use glam::{DMat3, DQuat, DVec3};
@@ -10,8 +10,6 @@ pub(super) struct Attitude {
     pub desired: DQuat,
     /// `q_e`, with the sign that the law chose.
     pub error: DQuat,
-    /// `R_a R_d`: desired attitude in the world frame, both laws.
-    pub desired_world: DQuat,
 }
 
 impl Attitude {
@@ -24,17 +22,9 @@ impl Attitude {
         chosen: DQuat,
     ) -> Self {
         let desired = desired_attitude(auxiliary.inverse() * alpha, reference);
-        let desired_world = auxiliary * desired;
-        let error = desired_world.inverse() * attitude;
+        let error = (auxiliary * desired).inverse() * attitude; // (27), (46)
         let aligned = error.dot(chosen) >= 0.0;
-        Self { desired, error: if aligned { error } else { -error }, desired_world }
-    }
-
-    /// `2 c beta f S(e3)^T (eta_e I + S(eps_e))^T (R_a R_d)^T G`, with `weight = 2 c beta f`.
-    pub fn coupling(&self, weight: f64, g: DVec3) -> DVec3 {
-        let local = self.desired_world.inverse() * g;
-        let turned = self.error.w * local - self.error.xyz().cross(local);
-        -weight * DVec3::Z.cross(turned)
+        Self { desired, error: if aligned { error } else { -error } }
     }
 }
 
@@ -61,7 +51,6 @@ pub(super) fn turn(from: DQuat, to: DQuat) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     #[test]
     fn turn_recovers_a_rotation_vector_through_both_signs() {
@@ -71,23 +60,6 @@ mod tests {
             let to = from * DQuat::from_scaled_axis(vector);
             assert!((turn(from, to) - vector).length() < 1e-12);
             assert!((turn(from, -to) - vector).length() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn coupling_cancels_the_attitude_error_in_the_force() {
-        // eps_e . coupling = -c beta f G . (R - R_a R_d) e3, the identity that (31) exists for.
-        let reference = Reference::hover(Vec3::ZERO);
-        let auxiliary = DQuat::from_rotation_y(0.4);
-        let attitude = DQuat::from_rotation_x(0.9) * DQuat::from_rotation_y(-0.5);
-        let alpha = DVec3::new(1.0, -2.0, 8.0);
-        let g = DVec3::new(0.3, -0.7, 0.2);
-        for chosen in [attitude, -attitude] {
-            let state = Attitude::new(alpha, &reference, auxiliary, attitude, chosen);
-            let gained = g.dot(attitude * DVec3::Z - state.desired_world * DVec3::Z);
-            let removed = state.error.xyz().dot(state.coupling(2.0, g));
-            assert!((gained + removed).abs() < 1e-12, "{gained} {removed}");
-            assert!(((state.desired_world * DVec3::Z).cross(alpha)).length() < 1e-12);
         }
     }
 }

@@ -151,7 +151,8 @@ impl Motion {
         let (sample, now) = from;
         let change = self.velocity_error_change.length();
         let position_change = (to.1.position_error - now.position_error).length();
-        let jerk: f64 = sample.reference.jerk_world.length().max(to.0.reference.jerk_world.length());
+        let jerk = sample.reference.jerk_world.as_dvec3().length();
+        let jerk = jerk.max(to.0.reference.jerk_world.as_dvec3().length());
         let force = now.translation.alpha.length() * p.inverse_mass;
         // |e_v'(t) - e_v'(t_k)| <= t (f/m |w| + |p_d'''|)
         let velocity_drift = 0.5 * p.dt * p.dt * (force * self.rate + jerk);

@@ -37,7 +37,6 @@ pub struct Evaluation {
     pub decrease: f64,
     pub(super) translation: Translation,
     pub(super) attitude: Attitude,
-    pub(super) coupling: DVec3,
     /// `a`, `theta`: true less estimated parameters, zero where adaptation is off.
     pub(super) inverse_mass_error: f64,
     pub(super) inertia_error: DVec3,
@@ -101,9 +100,6 @@ impl Evaluator {
             sample.truth.attitude,
             sample.intermediates.attitude_error.as_dquat(),
         );
-        let thrust = translation.alpha.length(); // (21)
-        let coupling =
-            attitude.coupling(2.0 * p.c * estimated.inverse_mass * thrust, translation.g);
         let mu = sample.intermediates.mu.as_dvec3();
         let rate_error = sample.truth.rate_body - mu - sample.auxiliary.rate.as_dvec3();
         let mut evaluation = Evaluation {
@@ -117,7 +113,6 @@ impl Evaluator {
                 + p.k4 * rate_error.length_squared(),
             translation,
             attitude,
-            coupling,
             inverse_mass_error: p.inverse_mass - estimated.inverse_mass,
             inertia_error: p.inertia_parameter() - estimated.inertia,
             delta,

@@ -38,7 +38,6 @@ pub(super) struct Parameters {
 /// Parameters of controller 2 alone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SaturatedParameters {
-    pub k5: f64,
     pub gamma3: f64,
     /// `theta = 1/J`.
     pub inverse_inertia: DVec3,
@@ -90,7 +89,6 @@ impl SaturatedParameters {
         let Law::Saturated(config) = law else { return None };
         let DVec3 { x, y, z } = inertia;
         Some(Self {
-            k5: config.k5.into(),
             gamma3: config.gamma3.into(),
             inverse_inertia: inertia.recip(),
             gyroscopic_ratio: DVec3::new((y - z) / x, (z - x) / y, (x - y) / z),
