@@ -47,9 +47,14 @@ fn set(interval: Interval) -> Requirement {
 impl Monitor for EstimateSets {
     fn observe(&mut self, sample: &Sample, _: &Evaluation) {
         let estimates = &sample.estimates;
-        self.mass.1.tightest(estimates.mass.into(), sample.time, self.mass.0);
-        for component in estimates.inertia.to_array() {
-            self.inertia.1.tightest(component.into(), sample.time, self.inertia.0);
+        let mass = f64::from(estimates.inverse_mass).recip();
+        self.mass.1.tightest(mass, sample.time, self.mass.0);
+        let inertia = match self.ratio {
+            None => estimates.inertia.as_dvec3(),
+            Some(_) => estimates.inverse_inertia.as_dvec3().recip(),
+        };
+        for component in inertia.to_array() {
+            self.inertia.1.tightest(component, sample.time, self.inertia.0);
         }
         if let Some((requirement, extreme)) = &mut self.ratio {
             for component in estimates.gyroscopic_ratio.to_array() {

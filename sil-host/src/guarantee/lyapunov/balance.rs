@@ -186,7 +186,7 @@ impl Motion {
         let gyroscopic = p.dt * self.gyroscopic_change.length();
         let auxiliary = if p.saturated.is_some() {
             let excess = sample.output.wrench.torque_body - sample.output.torque_demand_body;
-            let rate = excess.as_dvec3() / sample.estimates.inertia.as_dvec3()
+            let rate = excess.as_dvec3() * sample.estimates.inverse_inertia.as_dvec3()
                 - p.k4 * sample.auxiliary.rate.as_dvec3();
             p.k4 * p.dt * p.dt * rate.length()
         } else {
@@ -222,7 +222,7 @@ fn rounding(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64 {
             + now.translation.g.length() * velocity);
     let torque = sample.output.torque_demand_body.as_dvec3();
     let weight = if p.saturated.is_some() {
-        sample.estimates.inertia.as_dvec3().recip()
+        sample.estimates.inverse_inertia.as_dvec3()
     } else {
         DVec3::ONE
     };

@@ -128,14 +128,14 @@ impl Evaluator {
 
     fn estimated(&mut self, sample: &Sample) -> Estimated {
         let (p, estimates) = (&self.parameters, &sample.estimates);
-        let inertia = estimates.inertia.as_dvec3();
         let (reported, set) = if p.saturated.is_some() {
-            (inertia.recip(), (1.0 / p.inertia_set.1, 1.0 / p.inertia_set.0))
+            let set = (1.0 / p.inertia_set.1, 1.0 / p.inertia_set.0);
+            (estimates.inverse_inertia.as_dvec3(), set)
         } else {
-            (inertia, p.inertia_set)
+            (estimates.inertia.as_dvec3(), p.inertia_set)
         };
         let increments = self.increments;
-        let inverse_mass = DVec3::splat(sample.inverse_mass());
+        let inverse_mass = DVec3::splat(estimates.inverse_mass.into());
         let moved = DVec3::splat(increments.inverse_mass);
         Estimated {
             inverse_mass: self.inverse_mass.advance(moved, p.inverse_mass_set, inverse_mass).x,
