@@ -1,6 +1,10 @@
 //! Software-in-the-loop harness: flies the controllers of `ctrl-core` against a simulated vehicle.
+//!
+//! A [`scenario`] is read from TOML; its flight runs in [`closed_loop`] against the [`plant`];
+//! every tick is a [`sample`] that observers see.
 
 pub mod closed_loop;
 pub mod guarantee;
 pub mod plant;
 pub mod sample;
+pub mod scenario;

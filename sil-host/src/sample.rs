@@ -27,11 +27,3 @@ pub struct Sample {
     /// What disturbs the plant until the next tick.
     pub disturbance: Disturbance,
 }
-
-impl Sample {
-    /// `beta`: the inverse-mass estimate that the law used [1/kg].
-    #[must_use]
-    pub fn inverse_mass(&self) -> f64 {
-        1.0 / f64::from(self.estimates.mass)
-    }
-}

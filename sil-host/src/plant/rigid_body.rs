@@ -22,10 +22,12 @@ use super::{Disturbance, PlantParameters, PlantState};
 pub struct RigidBody {
     inverse_mass: f64,
     inverse_inertia: DVec3,
-    /// `[J2 - J3, J3 - J1, J1 - J2]`: `(J w) × w` is this times `[w2 w3, w3 w1, w1 w2]`.
-    inertia_difference: DVec3,
+    /// `h [(J2 - J3)/J1, (J3 - J1)/J2, (J1 - J2)/J3]`: `h J^-1 ((J w) × w)` is this times
+    /// `[w2 w3, w3 w1, w1 w2]`.
+    gyroscopic: DVec3,
     sub_steps: u32,
-    sub_step_period: f64,
+    /// `h`: duration of one RK4 step [s].
+    h: f64,
 }
 
 impl RigidBody {
@@ -35,12 +37,13 @@ impl RigidBody {
     pub fn new(parameters: &PlantParameters, step_period: f64, sub_steps: u32) -> Self {
         let PlantParameters { mass, inertia: j } = *parameters;
         let sub_steps = sub_steps.max(1);
+        let h = step_period / f64::from(sub_steps);
         Self {
             inverse_mass: 1.0 / mass,
             inverse_inertia: 1.0 / j,
-            inertia_difference: DVec3::new(j.y - j.z, j.z - j.x, j.x - j.y),
+            gyroscopic: h * DVec3::new(j.y - j.z, j.z - j.x, j.x - j.y) / j,
             sub_steps,
-            sub_step_period: step_period / f64::from(sub_steps),
+            h,
         }
     }
 
@@ -48,70 +51,69 @@ impl RigidBody {
     #[inline]
     #[must_use]
     pub fn advance(&self, state: &PlantState, wrench: &Wrench, held: &Disturbance) -> PlantState {
-        let thrust_acceleration = f64::from(wrench.thrust) * self.inverse_mass;
-        let free_acceleration = held.acceleration_world - DVec3::Z * f64::from(GRAVITY);
+        let thrust = f64::from(wrench.thrust) * self.inverse_mass;
+        let free = held.acceleration_world - DVec3::Z * f64::from(GRAVITY);
         let torque = wrench.torque_body.as_dvec3() + held.torque_body;
+        let spin = self.h * self.inverse_inertia * torque;
         let mut state = *state;
         for _ in 0..self.sub_steps {
-            state = self.sub_step(&state, thrust_acceleration, free_acceleration, torque);
+            state = self.sub_step(&state, thrust, free, spin);
         }
         state
     }
 
+    /// One RK4 step: `thrust` and `free` are the accelerations [m/s^2] along `R e3` and without
+    /// it, `spin` is what the torque adds to the rate in one step [rad/s]. `dw` and `dq` are the
+    /// increments of the four stages, derivative times `h`.
     #[inline]
-    fn sub_step(&self, state: &PlantState, thrust: f64, free: DVec3, torque: DVec3) -> PlantState {
-        let h = self.sub_step_period;
+    fn sub_step(&self, state: &PlantState, thrust: f64, free: DVec3, spin: DVec3) -> PlantState {
         let w1 = state.rate_body;
-        let k1 = self.rate_derivative(w1, torque);
-        let w2 = w1 + 0.5 * h * k1;
-        let k2 = self.rate_derivative(w2, torque);
-        let w3 = w1 + 0.5 * h * k2;
-        let k3 = self.rate_derivative(w3, torque);
-        let w4 = w1 + h * k3;
-        let k4 = self.rate_derivative(w4, torque);
+        let dw1 = self.rate_increment(w1, spin);
+        let w2 = w1 + 0.5 * dw1;
+        let dw2 = self.rate_increment(w2, spin);
+        let w3 = w1 + 0.5 * dw2;
+        let dw3 = self.rate_increment(w3, spin);
+        let w4 = w1 + dw3;
+        let dw4 = self.rate_increment(w4, spin);
 
+        let h = self.h;
         let q1 = state.attitude;
-        let r1 = attitude_derivative(q1, w1);
-        let q2 = q1 + r1 * (0.5 * h);
-        let r2 = attitude_derivative(q2, w2);
-        let q3 = q1 + r2 * (0.5 * h);
-        let r3 = attitude_derivative(q3, w3);
-        let q4 = q1 + r3 * h;
-        let r4 = attitude_derivative(q4, w4);
+        let dq1 = attitude_increment(q1, 0.5 * h * w1);
+        let q2 = q1 + dq1 * 0.5;
+        let dq2 = attitude_increment(q2, 0.5 * h * w2);
+        let q3 = q1 + dq2 * 0.5;
+        let dq3 = attitude_increment(q3, 0.5 * h * w3);
+        let q4 = q1 + dq3;
+        let dq4 = attitude_increment(q4, 0.5 * h * w4);
 
         // p and v of the stages differ by multiples of the accelerations only, which collapses
-        // RK4 of (1), (2) to these two sums.
-        let a1 = thrust * thrust_axis(q1) + free;
-        let a23 = thrust * (thrust_axis(q2) + thrust_axis(q3)) + 2.0 * free;
-        let a4 = thrust * thrust_axis(q4) + free;
-
+        // RK4 of (1), (2) to these two sums of the stages' thrust axes.
+        let (z1, z23, z4) = (thrust_axis(q1), thrust_axis(q2) + thrust_axis(q3), thrust_axis(q4));
+        let velocity = state.velocity_world;
         PlantState {
             position_world: state.position_world
-                + h * state.velocity_world
-                + (h * h / 6.0) * (a1 + a23),
-            velocity_world: state.velocity_world + (h / 6.0) * (a1 + 2.0 * a23 + a4),
-            attitude: normalised(q1 + (r1 + (r2 + r3) * 2.0 + r4) * (h / 6.0)),
-            rate_body: w1 + (h / 6.0) * (k1 + 2.0 * (k2 + k3) + k4),
+                + h * (velocity + h * (thrust / 6.0 * (z1 + z23) + 0.5 * free)),
+            velocity_world: velocity + h * (thrust / 6.0 * (z1 + 2.0 * z23 + z4) + free),
+            attitude: normalised(q1 + (dq1 + (dq2 + dq3) * 2.0 + dq4) * (1.0 / 6.0)),
+            rate_body: w1 + (dw1 + 2.0 * (dw2 + dw3) + dw4) * (1.0 / 6.0),
         }
     }
 
-    /// (4): `w'` of a body with principal axes.
+    /// (4): `h w'` of a body with principal axes.
     #[inline(always)]
-    fn rate_derivative(&self, w: DVec3, torque: DVec3) -> DVec3 {
-        let products = DVec3::new(w.y * w.z, w.z * w.x, w.x * w.y);
-        self.inverse_inertia * (self.inertia_difference * products + torque)
+    fn rate_increment(&self, w: DVec3, spin: DVec3) -> DVec3 {
+        self.gyroscopic * DVec3::new(w.y * w.z, w.z * w.x, w.x * w.y) + spin
     }
 }
 
-/// (3): `1/2 q (x) [0, w]`.
+/// (3): `h q'`, where `turn` is `h/2 w`.
 #[inline(always)]
-fn attitude_derivative(q: DQuat, w: DVec3) -> DQuat {
-    let half = 0.5 * w;
+fn attitude_increment(q: DQuat, turn: DVec3) -> DQuat {
     DQuat::from_xyzw(
-        q.w * half.x + q.y * half.z - q.z * half.y,
-        q.w * half.y + q.z * half.x - q.x * half.z,
-        q.w * half.z + q.x * half.y - q.y * half.x,
-        -(q.x * half.x + q.y * half.y + q.z * half.z),
+        q.w * turn.x + q.y * turn.z - q.z * turn.y,
+        q.w * turn.y + q.z * turn.x - q.x * turn.z,
+        q.w * turn.z + q.x * turn.y - q.y * turn.x,
+        -(q.x * turn.x + q.y * turn.y + q.z * turn.z),
     )
 }
 
