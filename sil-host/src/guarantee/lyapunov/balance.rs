@@ -1,23 +1,25 @@
 //! What V may do from one tick to the next: the theorem's decrease, plus every perturbation of it.
 //!
 //! ```text
-//! V[k+1] - V[k] <= dt (-W + rho) + A
-//! rho = 0.3003 (3 c D1 delta_t + 3 D2 delta_r / J')          smooth instead of discontinuous sign
-//!     + eps_e . R_e^T (w_d,used - w_d,true)                   model-based v' inside w_d
-//!     - w_e . J'' (mu'_true - mu'_used)                       model-based v' inside mu'
-//!     + what an adaptation that is switched off leaves over
+//! V[k+1] - V[k] <= dt (-W + rho_d + rho_v) + A
+//! rho_d = c G . (d1 - D1 h(G, delta_t)) + w_e . (d2 - D2 h(w_e, delta_r))    controller 1
+//! rho_d = c G . (d1 - D1 h(G, delta_t)) + w_e . (d2/J - D2/J_lo h(w_e, delta_r))        2
+//!      <= 0.3003 (3 c D1 delta_t + 3 D2 delta_r / J')            while |d1| <= D1, |d2| <= D2
+//! rho_v = eps_e . R_e^T (w_d,used - w_d,true) - w_e . J'' (mu'_true - mu'_used)
 //! ```
-//!
 //! with `J' = 1`, `J'' = J` for controller 1 and `J' = J_lo`, `J'' = I` for controller 2; `_true` are
-//! differences over the tick. `A` bounds the effect of holding the wrench over the tick, is made of
-//! second-order terms only, and so shrinks with `dt^2`; it also holds the rounding of the `f32`
-//! controller. Derivation: `docs/guarantees.md`.
+//! differences over the tick. `rho_v` also holds what an adaptation that is switched off leaves over.
+//! `A` bounds the effect of holding the wrench over the tick, is made of second-order terms only, and
+//! so shrinks with `dt^2`; it also holds the rounding of the `f32` controller. Derivation:
+//! `docs/guarantees.md`.
 
 use glam::DVec3;
 
 use super::attitude::turn;
 use super::function::Evaluation;
 use super::parameters::Parameters;
+use super::translation::smooth_sign;
+use crate::plant::Disturbance;
 use crate::sample::Sample;
 
 /// `max_x (x - x h(x, 1)) = sqrt((5 sqrt 5 - 11)/2)`: the smooth sign loses at most this times
@@ -34,25 +36,21 @@ pub struct Balance {
     pub change: f64,
     /// `W` [1/s].
     pub decrease: f64,
-    /// Smooth instead of discontinuous signs [1/s].
+    /// `rho_d`: the true disturbances against the smooth signs [1/s].
+    pub disturbance: f64,
+    /// Bound of `rho_d` while the disturbances keep theirs [1/s].
     pub smoothing: f64,
-    /// Model-based `v'`, and everything else that `w_d` and `mu'` leave out [1/s].
+    /// `rho_v`: model-based `v'`, and everything else that `w_d` and `mu'` leave out [1/s].
     pub model: f64,
     /// `A`: hold over the tick and rounding.
     pub allowance: f64,
 }
 
 impl Balance {
-    /// `rho` [1/s].
-    #[must_use]
-    pub fn perturbation(&self) -> f64 {
-        self.smoothing + self.model
-    }
-
     /// By how much V rose beyond what it may, per second; not positive while the law holds.
     #[must_use]
     pub fn excess(&self, dt: f64) -> f64 {
-        (self.change - self.allowance) / dt + self.decrease - self.perturbation()
+        (self.change - self.allowance) / dt + self.decrease - self.disturbance - self.model
     }
 }
 
@@ -70,6 +68,7 @@ pub(super) fn balance(p: &Parameters, from: Tick, to: Tick) -> Balance {
     Balance {
         change: to.1.value - now.value,
         decrease: now.decrease,
+        disturbance: disturbance(p, sample, now),
         smoothing: smoothing(p, now),
         model: model + unadapted(p, sample, now),
         allowance: motion.translation_hold(p, from, to)
@@ -80,10 +79,24 @@ pub(super) fn balance(p: &Parameters, from: Tick, to: Tick) -> Balance {
     }
 }
 
+/// `rho_d`.
+fn disturbance(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64 {
+    let Disturbance { acceleration_world: d1, torque_body: d2 } = sample.disturbance;
+    let (g, w_e) = (now.translation.g, now.rate_error);
+    let torque = match p.saturated {
+        None => d2 - p.d2 * smooth_sign(w_e, now.delta.1.value),
+        Some(saturated) => {
+            let sign = smooth_sign(w_e, now.delta.1.value);
+            saturated.inverse_inertia * d2 - p.d2 / p.inertia_set.0 * sign
+        }
+    };
+    p.c * g.dot(d1 - p.d1 * smooth_sign(g, now.delta.0.value)) + w_e.dot(torque)
+}
+
 /// `3 c D1 delta_t + 3 D2 delta_r / J'` with the exact constant.
 fn smoothing(p: &Parameters, now: &Evaluation) -> f64 {
     let inverse_inertia = if p.saturated.is_some() { 1.0 / p.inertia_set.0 } else { 1.0 };
-    3.0 * SMOOTHING * (p.c * p.d1 * now.delta.0 + p.d2 * inverse_inertia * now.delta.1)
+    3.0 * SMOOTHING * (p.c * p.d1 * now.delta.0.value + p.d2 * inverse_inertia * now.delta.1.value)
 }
 
 /// What a parameter error does when its adaptation is switched off.
@@ -210,28 +223,28 @@ fn adaptation_hold(p: &Parameters, now: &Evaluation) -> f64 {
 /// What evaluating the law in `f32` on a state rounded to `f32` may add to V over one tick.
 fn rounding(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64 {
     const ULP: f64 = f32::EPSILON as f64;
-    let position =
-        sample.reference.position_world.as_dvec3().length() + now.position_error.length();
-    let velocity =
-        sample.truth.velocity_world.length() + sample.reference.velocity_world.as_dvec3().length();
-    // The force command sees rounded errors through k1, k2; V sees the rounded reference itself.
+    let (g, w_e) = (now.translation.g.length(), now.rate_error.length());
+    let (truth, reference) = (&sample.truth, &sample.reference);
+    let position = reference.position_world.as_dvec3().length() + now.position_error.length();
+    let velocity = truth.velocity_world.length() + reference.velocity_world.as_dvec3().length();
+    // The force command sees rounded errors through k1 and k2; V sees the rounded reference itself.
     let acceleration = 8.0 * ULP * now.translation.alpha.length() * now.inverse_mass
-        + ULP * (p.m1 * (p.k1 * position + p.k2 * velocity) + p.m2 * p.k2 * velocity);
-    let reference = ULP
-        * (p.k1 * now.translation.sigma_1.length() * position
-            + now.translation.g.length() * velocity);
-    let torque = sample.output.torque_demand_body.as_dvec3();
-    let weight = if p.saturated.is_some() {
-        sample.estimates.inverse_inertia.as_dvec3()
-    } else {
-        DVec3::ONE
+        + ULP * (p.m1 * (p.k1 * position + p.k2 * velocity) + p.m2 * p.k2 * velocity)
+        + p.d1 * now.delta.0.sign_error;
+    // A reference evaluated in f32 steps from tick to tick with errors of a few digits.
+    let stepping = 4.0 * ULP * (p.k1 * now.translation.sigma_1.length() * position + g * velocity);
+    // The torque, per unit of the weight of w_e; the virtual rate; the auxiliary attitude.
+    let theta = sample.estimates.inverse_inertia.as_dvec3();
+    let (weight, floor) = match p.saturated {
+        None => (DVec3::ONE, 1.0),
+        Some(_) => (theta, 1.0 / p.inertia_set.0),
     };
-    let rate = 16.0 * ULP * (weight * torque).length() * now.rate_error.length();
-    p.c * (reference + p.dt * acceleration * now.translation.g.length())
-        + p.dt * rate
-        + p.dt
-            * 16.0
-            * ULP
-            * sample.intermediates.mu.as_dvec3().length()
-            * now.attitude_error.xyz().length()
+    let torque = (weight * sample.output.torque_demand_body.as_dvec3()).length();
+    let rate = 16.0 * ULP * torque + p.d2 * floor * now.delta.1.sign_error;
+    let virtual_rate = 16.0 * ULP * sample.intermediates.mu.as_dvec3().length();
+    let eps = now.attitude_error.xyz().length();
+    let auxiliary = if sample.auxiliary.attitude.w < 1.0 { 4.0 * ULP } else { 0.0 };
+    p.c * (stepping + p.dt * acceleration * g)
+        + p.dt * (rate * w_e + virtual_rate * eps)
+        + auxiliary * eps
 }

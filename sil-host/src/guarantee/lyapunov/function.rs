@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 
 use super::adaptation::Resolved;
 use super::attitude::Attitude;
-use super::parameters::Parameters;
+use super::parameters::{Parameters, Width};
 use super::translation::Translation;
 use crate::guarantee::law::Law;
 use crate::plant::PlantParameters;
@@ -40,8 +40,8 @@ pub struct Evaluation {
     /// `a`, `theta`: true less estimated parameters, zero where adaptation is off.
     pub(super) inverse_mass_error: f64,
     pub(super) inertia_error: DVec3,
-    /// Widths of the smooth signs.
-    pub(super) delta: (f64, f64),
+    /// Widths of the translational and the rotational smooth sign.
+    pub(super) delta: (Width, Width),
     /// What the estimates gain until the next tick before projection.
     pub(super) increments: Increments,
     /// `beta`.
@@ -91,8 +91,11 @@ impl Evaluator {
     pub fn evaluate(&mut self, sample: &Sample) -> Evaluation {
         let estimated = self.estimated(sample);
         let p = &self.parameters;
-        let delta = p.smoothing_widths(sample.time);
-        let translation = Translation::new(p, sample, estimated.inverse_mass, delta.0);
+        let delta = (
+            p.width(sample.tick, p.delta_min_translation),
+            p.width(sample.tick, p.delta_min_rotation),
+        );
+        let translation = Translation::new(p, sample, estimated.inverse_mass, delta.0.value);
         let attitude = Attitude::new(
             translation.alpha,
             &sample.reference,

@@ -18,5 +18,8 @@ pub mod monitor;
 pub mod parameters;
 pub mod translation;
 
+#[cfg(test)]
+mod tests;
+
 pub use function::{Evaluation, Evaluator};
 pub use monitor::LyapunovMonitor;

@@ -61,7 +61,8 @@ impl LyapunovMonitor {
             window.start = evaluation.value - balance.change;
         }
         window.duration += dt;
-        window.surplus += dt * (balance.decrease - balance.perturbation()) - balance.allowance;
+        window.surplus +=
+            dt * (balance.decrease - balance.smoothing - balance.model) - balance.allowance;
         window.value = evaluation.value;
         if window.duration >= self.window_length {
             if window.surplus > 0.0 {

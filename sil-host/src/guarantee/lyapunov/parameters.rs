@@ -77,11 +77,25 @@ impl Parameters {
         }
     }
 
-    /// Widths of the translational and the rotational smooth sign (17) after `elapsed` seconds.
-    pub fn smoothing_widths(&self, elapsed: f64) -> (f64, f64) {
-        let decayed = (-self.delta_1 * elapsed).exp();
-        (decayed.hypot(self.delta_min_translation), decayed.hypot(self.delta_min_rotation))
+    /// Smoothing width (17) over the floor `minimum`, after `ticks`.
+    pub fn width(&self, ticks: u64, minimum: f64) -> Width {
+        let ticks = ticks as f64;
+        let decayed = (-2.0 * self.delta_1 * ticks * self.dt).exp();
+        let square = decayed + minimum * minimum;
+        // The core multiplies `decayed` down in f32, half a digit's error a tick; d h/d ln delta is
+        // at most 2/(3 sqrt 3).
+        let drift = 0.5 * ticks * 0.5 * f64::from(f32::EPSILON) * decayed / square;
+        Width { value: square.sqrt(), sign_error: drift.min(1.0) * 2.0 / 27f64.sqrt() }
     }
+}
+
+/// Width of a smooth sign.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Width {
+    /// `delta`.
+    pub value: f64,
+    /// By how much `h` with the core's own width may differ.
+    pub sign_error: f64,
 }
 
 impl SaturatedParameters {

@@ -59,8 +59,8 @@ fn tanh_and_ln_cosh(x: DVec3) -> (DVec3, f64) {
 }
 
 /// `h(x, delta)` (17).
-fn smooth_sign(x: DVec3, delta: f64) -> DVec3 {
-    DVec3::from_array(x.to_array().map(|x| x / x.hypot(delta)))
+pub(super) fn smooth_sign(x: DVec3, delta: f64) -> DVec3 {
+    DVec3::from_array(x.to_array().map(|x| x / (x * x + delta * delta).sqrt()))
 }
 
 #[cfg(test)]
