@@ -3,10 +3,10 @@
 use glam::Quat;
 
 use super::Monitor;
-use super::law::Law;
 use super::lyapunov::Evaluation;
 use super::verdict::{Extreme, Requirement, Verdict};
 use crate::sample::Sample;
+use crate::scenario::ControllerConfig;
 
 /// Information: peak and latest angle of `q_a` and length of `w_a`; rest is zero for both.
 #[derive(Clone, Copy, Debug)]
@@ -20,9 +20,9 @@ pub struct AuxiliaryRest {
 impl AuxiliaryRest {
     /// Rows only for controller 2.
     #[must_use]
-    pub fn new(law: &Law) -> Self {
+    pub fn new(law: &ControllerConfig) -> Self {
         let none = Extreme::default();
-        let shown = matches!(law, Law::Saturated(_));
+        let shown = matches!(law, ControllerConfig::Saturated(_));
         Self { shown, peak_angle: none, latest_angle: none, latest_rate: none }
     }
 }

@@ -2,11 +2,11 @@
 
 use ctrl_core::vehicle::Interval;
 
-use super::law::Law;
 use super::lyapunov::Evaluation;
 use super::verdict::{Extreme, Requirement, Verdict};
 use super::{Monitor, ROUNDING};
 use crate::sample::Sample;
+use crate::scenario::ControllerConfig;
 
 /// The projections hold: mass, inertia (both laws report it) and gyroscopic ratios (controller 2).
 #[derive(Clone, Copy, Debug)]
@@ -20,11 +20,11 @@ pub struct EstimateSets {
 impl EstimateSets {
     /// With the sets of `law`.
     #[must_use]
-    pub fn new(law: &Law) -> Self {
+    pub fn new(law: &ControllerConfig) -> Self {
         let ratio = (Requirement::Inside(-1.0, 1.0), Extreme::default());
         let (ratio, inertia_equation) = match law {
-            Law::RobustAdaptive(_) => (None, "(35)"),
-            Law::Saturated(_) => (Some(ratio), "(51)"),
+            ControllerConfig::RobustAdaptive(_) => (None, "(35)"),
+            ControllerConfig::Saturated(_) => (Some(ratio), "(51)"),
         };
         let uncertainty = law.uncertainty();
         Self {

@@ -1,18 +1,11 @@
-//! Which of the two laws flies, and its configuration as the monitors read it.
+//! What the theorems promise of a controller's configuration.
 
-use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
-use ctrl_core::vehicle::{GRAVITY, Uncertainty};
+use ctrl_core::config::CascadeGains;
+use ctrl_core::vehicle::GRAVITY;
 
-/// A controller's configuration.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Law {
-    /// Controller 1 (Theorem 1).
-    RobustAdaptive(RobustAdaptiveConfig),
-    /// Controller 2 (Theorem 2).
-    Saturated(SaturatedConfig),
-}
+use crate::scenario::ControllerConfig;
 
-impl Law {
+impl ControllerConfig {
     /// Gains of the shared cascade.
     #[must_use]
     pub fn cascade(&self) -> &CascadeGains {
@@ -20,24 +13,6 @@ impl Law {
             Self::RobustAdaptive(config) => &config.cascade,
             Self::Saturated(config) => &config.cascade,
         }
-    }
-
-    /// What the controller knows of vehicle and disturbance.
-    #[must_use]
-    pub fn uncertainty(&self) -> &Uncertainty {
-        match self {
-            Self::RobustAdaptive(config) => &config.uncertainty,
-            Self::Saturated(config) => &config.uncertainty,
-        }
-    }
-
-    /// `dt` [s].
-    #[must_use]
-    pub fn step_period(&self) -> f64 {
-        f64::from(match self {
-            Self::RobustAdaptive(config) => config.step_period,
-            Self::Saturated(config) => config.step_period,
-        })
     }
 
     /// Lower thrust bound (19) [N].

@@ -5,7 +5,7 @@
 
 pub mod auxiliary;
 pub mod estimates;
-pub mod law;
+mod law;
 pub mod lyapunov;
 pub mod status;
 pub mod tracking;
@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::plant::PlantParameters;
 use crate::sample::Sample;
-pub use law::Law;
+use crate::scenario::ControllerConfig;
 use lyapunov::Evaluation;
 pub use verdict::{Requirement, Verdict};
 
@@ -65,7 +65,11 @@ pub struct Guarantees {
 impl Guarantees {
     /// The monitors that `law` calls for on a vehicle with `parameters`.
     #[must_use]
-    pub fn new(config: &GuaranteeConfig, law: &Law, parameters: &PlantParameters) -> Self {
+    pub fn new(
+        config: &GuaranteeConfig,
+        law: &ControllerConfig,
+        parameters: &PlantParameters,
+    ) -> Self {
         Self {
             thrust: wrench::Thrust::new(law),
             torque: wrench::Torque::new(law),

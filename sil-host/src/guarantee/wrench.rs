@@ -1,10 +1,10 @@
 //! Thrust (19), (20), (7) and torque (8): the commands that the plant is given.
 
-use super::law::Law;
 use super::lyapunov::Evaluation;
 use super::verdict::{Extreme, Requirement, Verdict};
 use super::{Monitor, ROUNDING};
 use crate::sample::Sample;
+use crate::scenario::ControllerConfig;
 
 /// The thrust stays positive, above (19), below (20), and below `M_f` where there is one.
 #[derive(Clone, Copy, Debug)]
@@ -19,7 +19,7 @@ pub struct Thrust {
 impl Thrust {
     /// With the bounds of `law`.
     #[must_use]
-    pub fn new(law: &Law) -> Self {
+    pub fn new(law: &ControllerConfig) -> Self {
         Self {
             lower: law.thrust_lower_bound() * (1.0 - ROUNDING),
             upper: law.thrust_upper_bound() * (1.0 + ROUNDING),
@@ -64,7 +64,7 @@ pub struct Torque {
 impl Torque {
     /// With the limit of `law`.
     #[must_use]
-    pub fn new(law: &Law) -> Self {
+    pub fn new(law: &ControllerConfig) -> Self {
         Self { limit: law.torque_max(), peaks: [Extreme::default(); 3] }
     }
 }

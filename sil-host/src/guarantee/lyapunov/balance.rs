@@ -47,10 +47,16 @@ pub struct Balance {
 }
 
 impl Balance {
+    /// `rho = rho_d + rho_v` [1/s].
+    #[must_use]
+    pub fn perturbation(&self) -> f64 {
+        self.disturbance + self.model
+    }
+
     /// By how much V rose beyond what it may, per second; not positive while the law holds.
     #[must_use]
     pub fn excess(&self, dt: f64) -> f64 {
-        (self.change - self.allowance) / dt + self.decrease - self.disturbance - self.model
+        (self.change - self.allowance) / dt + self.decrease - self.perturbation()
     }
 }
 

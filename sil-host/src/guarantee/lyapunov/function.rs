@@ -7,9 +7,9 @@ use super::adaptation::Resolved;
 use super::attitude::Attitude;
 use super::parameters::{Parameters, Width};
 use super::translation::Translation;
-use crate::guarantee::law::Law;
 use crate::plant::PlantParameters;
 use crate::sample::Sample;
+use crate::scenario::ControllerConfig;
 
 /// Steps after which the proof does not speak about the next one: the law was not evaluated as
 /// written, or a sign or an axis jumped.
@@ -77,7 +77,7 @@ struct Estimated {
 impl Evaluator {
     /// For `law` on the vehicle with the true `parameters`.
     #[must_use]
-    pub fn new(law: &Law, parameters: &PlantParameters) -> Self {
+    pub fn new(law: &ControllerConfig, parameters: &PlantParameters) -> Self {
         Self {
             parameters: Parameters::new(law, parameters),
             inverse_mass: Resolved::default(),

@@ -2,11 +2,11 @@
 
 use super::balance::{Balance, balance};
 use super::function::{Evaluation, Evaluator, OUTSIDE_THE_PROOF};
-use crate::guarantee::law::Law;
 use crate::guarantee::verdict::{Extreme, Requirement, Verdict};
 use crate::guarantee::{GuaranteeConfig, Monitor};
 use crate::plant::PlantParameters;
 use crate::sample::Sample;
+use crate::scenario::ControllerConfig;
 
 /// Watches V over a flight.
 #[derive(Clone, Debug)]
@@ -36,7 +36,11 @@ struct Window {
 impl LyapunovMonitor {
     /// For `law` on the vehicle with the true `parameters`.
     #[must_use]
-    pub fn new(config: &GuaranteeConfig, law: &Law, parameters: &PlantParameters) -> Self {
+    pub fn new(
+        config: &GuaranteeConfig,
+        law: &ControllerConfig,
+        parameters: &PlantParameters,
+    ) -> Self {
         let none = Extreme::default();
         Self {
             evaluator: Evaluator::new(law, parameters),
@@ -61,8 +65,7 @@ impl LyapunovMonitor {
             window.start = evaluation.value - balance.change;
         }
         window.duration += dt;
-        window.surplus +=
-            dt * (balance.decrease - balance.smoothing - balance.model) - balance.allowance;
+        window.surplus += dt * (balance.decrease - balance.perturbation()) - balance.allowance;
         window.value = evaluation.value;
         if window.duration >= self.window_length {
             if window.surplus > 0.0 {

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::guarantee::law::Law;
 use crate::plant::PlantParameters;
+use crate::scenario::ControllerConfig;
 
 /// What the Lyapunov function of one law on one vehicle is made of; symbols as in the theory.
 #[derive(Clone, Copy, Debug)]
@@ -46,15 +46,15 @@ pub(super) struct SaturatedParameters {
 }
 
 impl Parameters {
-    pub fn new(law: &Law, truth: &PlantParameters) -> Self {
+    pub fn new(law: &ControllerConfig, truth: &PlantParameters) -> Self {
         let (cascade, uncertainty) = (law.cascade(), law.uncertainty());
         let (k4, gamma2) = match law {
-            Law::RobustAdaptive(config) => (config.k4, config.gamma2),
-            Law::Saturated(config) => (config.k4, config.gamma2),
+            ControllerConfig::RobustAdaptive(config) => (config.k4, config.gamma2),
+            ControllerConfig::Saturated(config) => (config.k4, config.gamma2),
         };
         let (m_lo, m_hi) = (uncertainty.mass.lower, uncertainty.mass.upper);
         Self {
-            dt: law.step_period(),
+            dt: law.step_period().into(),
             k1: cascade.k1.into(),
             k2: cascade.k2.into(),
             k3: cascade.k3.into(),
@@ -99,8 +99,8 @@ pub(super) struct Width {
 }
 
 impl SaturatedParameters {
-    fn new(law: &Law, inertia: DVec3) -> Option<Self> {
-        let Law::Saturated(config) = law else { return None };
+    fn new(law: &ControllerConfig, inertia: DVec3) -> Option<Self> {
+        let ControllerConfig::Saturated(config) = law else { return None };
         let DVec3 { x, y, z } = inertia;
         Some(Self {
             gamma3: config.gamma3.into(),

@@ -8,13 +8,13 @@ use ctrl_core::trajectory::{RisingCircle, RisingCircleConfig, Trajectory};
 use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty};
 use glam::{DQuat, DVec3, Vec3};
 
-use super::balance::{Balance, balance};
+use super::balance::balance;
 use super::*;
-use crate::guarantee::{GuaranteeConfig, Law, Monitor};
 use crate::plant::disturbance::{DisturbanceConfig, DisturbanceProcess};
 use crate::plant::rigid_body::RigidBody;
 use crate::plant::{PlantParameters, PlantState};
 use crate::sample::Sample;
+use crate::scenario::ControllerConfig;
 
 const VEHICLE: PlantParameters =
     PlantParameters { mass: 0.85, inertia: DVec3::new(0.04856, 0.04856, 0.09801) };
@@ -123,14 +123,17 @@ fn fly<C: TrackingController>(
 fn explore() {
     for dt in [0.001f32, 0.0005] {
         let config = robust_adaptive(dt);
-        explore_one(&RobustAdaptive::new(&config).unwrap(), Law::RobustAdaptive(config));
+        explore_one(
+            &RobustAdaptive::new(&config).unwrap(),
+            ControllerConfig::RobustAdaptive(config),
+        );
         let config = saturated(dt);
-        explore_one(&Saturated::new(&config).unwrap(), Law::Saturated(config));
+        explore_one(&Saturated::new(&config).unwrap(), ControllerConfig::Saturated(config));
     }
 }
 
-fn explore_one<C: TrackingController>(controller: &C, law: Law) {
-    let dt = law.step_period();
+fn explore_one<C: TrackingController>(controller: &C, law: ControllerConfig) {
+    let dt = f64::from(law.step_period());
     let mut evaluator = Evaluator::new(&law, &VEHICLE);
     let mut previous: Option<(Sample, Evaluation)> = None;
     let mut worst = f64::NEG_INFINITY;
