@@ -22,6 +22,7 @@ use ctrl_core::vehicle::Uncertainty;
 use glam::DVec3;
 use serde::Deserialize;
 
+use crate::guarantee::GuaranteeConfig;
 use crate::plant::PlantParameters;
 use crate::plant::disturbance::DisturbanceConfig;
 
@@ -106,19 +107,6 @@ impl ControllerConfig {
             Self::Saturated(config) => config.step_period,
         }
     }
-}
-
-/// STAND-IN until branch evidence.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
-pub struct GuaranteeConfig {
-    pub settle_time: f64,
-    pub position_error_max: f64,
-    pub attitude_error_max: f64,
-    pub tilt_error_max: f64,
-    pub heading_error_max: f64,
-    pub lyapunov_window: f64,
 }
 
 impl Scenario {
