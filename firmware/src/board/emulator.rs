@@ -1,0 +1,139 @@
+//! QEMU's `netduinoplus2`: an STM32F405 whose peripherals are partly there.
+//!
+//! The clock tree is a stub whose ready flags never rise, so it stays at reset; the processor
+//! runs at a fixed 168 MHz and timers count 1 GHz all the same. Rotors are recorded, not driven.
+//!
+//! Directives of the command line (`emulate.sh IMAGE ticks=5000 provoke=panic`):
+//!
+//! | directive | meaning |
+//! |---|---|
+//! | `ticks=N` | end the run with success at control tick N |
+//! | `provoke=panic`, `hard-fault`, `overrun`, `hang` | do so at tick 500 of the first boot |
+//!
+//! A boot after a fault writes the evidence to standard error as plain text and ends the run.
+
+use core::convert::Infallible;
+use core::sync::atomic::{AtomicU8, AtomicU16, AtomicU32, Ordering::Relaxed};
+
+use embedded_hal::pwm::{ErrorType, SetDutyCycle};
+use semihosting::{eprintln, process};
+use stm32f4xx_hal::pac::TIM3;
+use stm32f4xx_hal::rcc::{Config, Rcc};
+
+use super::{Board, ROTORS, RotorPins};
+use crate::evidence::{Evidence, REGISTER_NAMES};
+use crate::rotor_output::PULSE_RATE;
+
+/// See the module's documentation.
+pub struct Emulator;
+
+impl Board for Emulator {
+    type Rotor = Recorder;
+
+    const CORE_CLOCK: u32 = 168_000_000;
+    const STOPWATCH_CLOCK: u32 = 1_000_000_000;
+
+    fn clocks() -> Config {
+        read_directives();
+        Config::hsi()
+    }
+
+    fn rotors(_: TIM3, _: RotorPins, _: &mut Rcc) -> [Self::Rotor; ROTORS] {
+        [Recorder(0), Recorder(1), Recorder(2), Recorder(3)]
+    }
+
+    fn outputs_off() {
+        for duty in &RECORDED {
+            duty.store(0, Relaxed);
+        }
+    }
+
+    fn report(evidence: &Evidence) {
+        eprintln!("fault before this boot: {}", evidence.cause.name());
+        eprintln!("text: {}", evidence.text);
+        eprintln!("line: {}", evidence.line);
+        eprintln!("uptime: {} ticks", evidence.uptime_ticks);
+        for (name, value) in REGISTER_NAMES.iter().zip(evidence.registers) {
+            eprintln!("{name}: {value:#010x}");
+        }
+        process::exit(0);
+    }
+
+    #[inline(always)]
+    fn exercise(tick: u32) {
+        if tick == TICKS.load(Relaxed) {
+            end_run(tick);
+        } else if tick >= PROVOKE_AT {
+            provoke();
+        }
+    }
+}
+
+/// Tick at which a fault is provoked.
+const PROVOKE_AT: u32 = 500;
+
+/// Tick that ends the run.
+static TICKS: AtomicU32 = AtomicU32::new(u32::MAX);
+/// Index of the fault to provoke in [`FAULTS`]; past its end for none.
+static FAULT: AtomicU8 = AtomicU8::new(u8::MAX);
+/// Latest duty cycle of each rotor.
+static RECORDED: [AtomicU16; ROTORS] = [const { AtomicU16::new(0) }; ROTORS];
+
+/// Faults that the directive `provoke` knows.
+const FAULTS: [&str; 4] = ["panic", "hard-fault", "overrun", "hang"];
+
+fn read_directives() {
+    let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return };
+    for argument in arguments.into_iter().flatten() {
+        if let Some(ticks) = argument.strip_prefix("ticks=").and_then(|n| n.parse().ok()) {
+            TICKS.store(ticks, Relaxed);
+        }
+        let fault = argument.strip_prefix("provoke=");
+        if let Some(index) = FAULTS.iter().position(|name| Some(*name) == fault) {
+            FAULT.store(index as u8, Relaxed);
+        }
+    }
+}
+
+#[cold]
+fn end_run(tick: u32) {
+    let duty = RECORDED.each_ref().map(|duty| duty.load(Relaxed));
+    eprintln!("end of run at tick {tick}, rotor duty {duty:?}");
+    process::exit(0);
+}
+
+#[cold]
+fn provoke() {
+    match FAULTS.get(usize::from(FAULT.load(Relaxed))).copied() {
+        Some("panic") => panic!("provoked"),
+        // SAFETY: none; reading where there is no memory is the fault that was asked for.
+        Some("hard-fault") => _ = unsafe { core::ptr::read_volatile(0x6000_0000 as *const u32) },
+        // Longer than any deadline of the control group, in every tick.
+        Some("overrun") => cortex_m::asm::delay(Emulator::CORE_CLOCK / 1000),
+        Some("hang") => loop {
+            cortex_m::asm::nop();
+        },
+        _ => {}
+    }
+}
+
+/// Records what a rotor is told.
+pub struct Recorder(usize);
+
+impl ErrorType for Recorder {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for Recorder {
+    /// One count is a tenth of a microsecond.
+    fn max_duty_cycle(&self) -> u16 {
+        (10_000_000 / PULSE_RATE) as u16
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+        if let Some(recorded) = RECORDED.get(self.0) {
+            recorded.store(duty, Relaxed);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,60 @@
+//! The only module that touches registers: one trait, one file a board.
+//!
+//! [`Active`] is the board that the features choose. What the boards share, because the chip is the
+//! same, is in [`peripherals`].
+
+#[cfg(feature = "emulator")]
+mod emulator;
+#[cfg(not(feature = "emulator"))]
+mod f405;
+pub mod peripherals;
+
+#[cfg(feature = "emulator")]
+pub use emulator::Emulator as Active;
+#[cfg(not(feature = "emulator"))]
+pub use f405::F405 as Active;
+
+use embedded_hal::pwm::SetDutyCycle;
+use stm32f4xx_hal::gpio::{PA6, PA7, PB0, PB1};
+use stm32f4xx_hal::pac::TIM3;
+use stm32f4xx_hal::rcc::{Config, Rcc};
+
+use crate::evidence::Evidence;
+
+#[cfg(all(feature = "board", feature = "emulator"))]
+compile_error!("choose one outfit: the feature `board` or the feature `emulator`");
+
+/// Number of rotors that a board drives.
+pub const ROTORS: usize = 4;
+
+/// The timer and the pins of the rotor outputs, in rotor order.
+pub struct RotorPins(pub PA6, pub PA7, pub PB0, pub PB1);
+
+/// What differs from board to board.
+pub trait Board: Sized {
+    /// One rotor output.
+    type Rotor: SetDutyCycle + Send;
+
+    /// Frequency that SysTick counts [Hz].
+    const CORE_CLOCK: u32;
+
+    /// Frequency that the stopwatch timer TIM2 counts before its prescaler [Hz].
+    const STOPWATCH_CLOCK: u32;
+
+    /// Clock tree to set up.
+    fn clocks() -> Config;
+
+    /// Takes the rotor outputs; none gives a pulse yet.
+    fn rotors(timer: TIM3, pins: RotorPins, rcc: &mut Rcc) -> [Self::Rotor; ROTORS];
+
+    /// Ends every pulse now, from any context, whoever owns the outputs: the last thing that a
+    /// failing program does before it resets.
+    fn outputs_off();
+
+    /// Tells a person of the fault before this boot, beyond log and telemetry.
+    fn report(_evidence: &Evidence) {}
+
+    /// Called at every control tick: where the emulator ends a run or provokes a fault.
+    #[inline(always)]
+    fn exercise(_tick: u32) {}
+}

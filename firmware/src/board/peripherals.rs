@@ -1,0 +1,83 @@
+//! What every F405 board sets up alike: clocks, stopwatch, control tick, link, rotors, watchdog.
+
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+use stm32f4xx_hal::pac;
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::serial::{Config, Rx, Tx};
+use stm32f4xx_hal::watchdog::IndependentWatchdog;
+
+use super::{Active, Board, ROTORS, RotorPins};
+use crate::rotor_output::RotorOutput;
+
+/// Bits a second on the link.
+pub const LINK_RATE: u32 = 921_600;
+
+/// Time without a feed after which the watchdog resets the chip [ms].
+pub const WATCHDOG_TIMEOUT: u32 = 250;
+
+/// The rotor outputs of the active board.
+pub type Rotors = RotorOutput<<Active as Board>::Rotor, ROTORS>;
+
+/// Everything that the tasks own.
+pub struct Peripherals {
+    /// Rotor outputs, stopped.
+    pub rotors: Rotors,
+    /// Sends to the host.
+    pub transmitter: Tx<pac::USART2>,
+    /// Receives from the host; raises an interrupt for each byte.
+    pub receiver: Rx<pac::USART2>,
+    /// Not started yet.
+    pub watchdog: IndependentWatchdog,
+}
+
+impl Peripherals {
+    /// Sets up clocks and peripherals; `rotor_thrust_max` is one rotor's thrust at full speed [N].
+    #[must_use]
+    pub fn new(device: pac::Peripherals, rotor_thrust_max: f32) -> Self {
+        let mut rcc = device.RCC.freeze(Active::clocks());
+        start_stopwatch(&device.TIM2, &rcc);
+        let gpioa = device.GPIOA.split(&mut rcc);
+        let gpiob = device.GPIOB.split(&mut rcc);
+        let pins = RotorPins(gpioa.pa6, gpioa.pa7, gpiob.pb0, gpiob.pb1);
+        let rotors = Active::rotors(device.TIM3, pins, &mut rcc);
+        let config = Config::default().baudrate(LINK_RATE.bps());
+        let serial = device.USART2.serial((gpioa.pa2, gpioa.pa3), config, &mut rcc);
+        // The rate is a constant that both clocks can divide to: an error is a programming error.
+        let (transmitter, mut receiver) = serial.expect("link rate").split();
+        receiver.listen();
+        Self {
+            rotors: RotorOutput::new(rotors, rotor_thrust_max),
+            transmitter,
+            receiver,
+            watchdog: IndependentWatchdog::new(device.IWDG),
+        }
+    }
+}
+
+/// Lets SysTick raise the control task's exception `rate` times a second.
+pub fn start_control_tick(systick: &mut SYST, rate: u32) {
+    systick.set_clock_source(SystClkSource::Core);
+    systick.set_reload(Active::CORE_CLOCK / rate - 1);
+    systick.clear_current();
+    systick.enable_counter();
+    systick.enable_interrupt();
+}
+
+/// Lets TIM2 count microseconds.
+fn start_stopwatch(timer: &pac::TIM2, rcc: &pac::RCC) {
+    rcc.apb1enr().modify(|_, w| w.tim2en().set_bit());
+    let prescaler = (Active::STOPWATCH_CLOCK / 1_000_000 - 1) as u16;
+    timer.psc().write(|w| w.psc().set(prescaler));
+    timer.arr().write(|w| w.arr().set(u32::MAX));
+    timer.egr().write(|w| w.ug().set_bit());
+    timer.cr1().write(|w| w.cen().set_bit());
+}
+
+/// Time since the start [us]; wraps after 71 minutes.
+#[inline(always)]
+#[must_use]
+pub fn now() -> u32 {
+    // SAFETY: one read of a counter that nobody writes after the start.
+    unsafe { pac::TIM2::steal() }.cnt().read().bits()
+}

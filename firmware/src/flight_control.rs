@@ -1,0 +1,168 @@
+//! What the control group does at one tick: supervise, step the law, allocate.
+//!
+//! Pure and free of formatting: the inputs are prepared by the state-input group, the outputs are
+//! copied to rotors and telemetry.
+
+use ctrl_core::allocation::{Allocator, Limited, RotorGeometry, RotorThrusts};
+use ctrl_core::controller::{StepOutput, StepStatus, TrackingController};
+use ctrl_core::error::ConfigError;
+use ctrl_core::mode::{
+    Cause, Command, Conditions, Mode, Refusal, SAFE, Supervisor, SupervisorConfig, SupervisorState,
+};
+use ctrl_core::reference::Reference;
+use ctrl_core::vehicle::{VehicleState, Wrench};
+use glam::Vec3;
+
+/// What one control period has to work with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inputs {
+    /// The state sample that came since the last tick, if one came.
+    pub vehicle: Option<VehicleState>,
+    /// Where to be at this tick.
+    pub reference: Reference,
+    /// What operator or host ask for.
+    pub command: Option<Command>,
+    /// The last period ended late, or another group is late again and again.
+    pub overrun: bool,
+    /// Something is broken that forbids to fly.
+    pub fault: bool,
+}
+
+/// What one control period did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outputs {
+    /// Thrust of each rotor [N]; none while the rotors are to stand still.
+    pub thrusts: Option<RotorThrusts>,
+    /// The wrench that the rotors were asked for.
+    pub wrench: Wrench,
+    /// What the law returned; the safe wrench while it does not run.
+    pub step: StepOutput,
+    /// What the rotors' limits took.
+    pub limited: Limited,
+    /// The mode of this tick.
+    pub mode: Mode,
+    /// Why the mode was last left for a safer one.
+    pub cause: Option<Cause>,
+    /// What became of the command.
+    pub answer: Option<Result<Mode, Refusal>>,
+    /// Ticks since the start of this flight; zero while the law does not run.
+    pub flight_tick: u32,
+}
+
+/// The law's output while it does not run.
+const AT_REST: StepOutput =
+    StepOutput { wrench: SAFE, torque_demand_body: Vec3::ZERO, status: StepStatus::empty() };
+
+/// Supervision, controller and allocation with their memory.
+#[derive(Clone, Debug)]
+pub struct FlightControl<C: TrackingController> {
+    controller: C,
+    controller_state: C::State,
+    supervisor: Supervisor,
+    supervisor_state: SupervisorState,
+    allocator: Allocator,
+    /// The latest good sample: held when one is missed, as the fixed step needs an input.
+    vehicle: Option<VehicleState>,
+    status: StepStatus,
+    tick: u64,
+    flight_tick: u32,
+}
+
+impl<C: TrackingController> FlightControl<C> {
+    /// Puts a validated controller under supervision, disarmed.
+    ///
+    /// # Errors
+    /// The parameter that supervisor or allocator refuses.
+    pub fn new(
+        controller: C,
+        supervisor: &SupervisorConfig,
+        geometry: &RotorGeometry,
+    ) -> Result<Self, ConfigError> {
+        Ok(Self {
+            controller_state: controller.initial_state(),
+            controller,
+            supervisor: Supervisor::new(supervisor)?,
+            supervisor_state: SupervisorState::default(),
+            allocator: Allocator::new(geometry)?,
+            vehicle: None,
+            status: StepStatus::empty(),
+            tick: 0,
+            flight_tick: 0,
+        })
+    }
+
+    /// One control period.
+    pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
+        let answer = self.supervise(inputs);
+        let mode = self.supervisor_state.mode();
+        let step = match (mode, self.vehicle) {
+            (Mode::Flying, Some(vehicle)) => self.step(&vehicle, &inputs.reference),
+            _ => AT_REST,
+        };
+        self.status = step.status;
+        self.tick = self.tick.wrapping_add(1);
+        self.outputs(step, mode, answer)
+    }
+
+    /// Counts the period, obeys the command, and begins a flight afresh at its start.
+    fn supervise(&mut self, inputs: &Inputs) -> Option<Result<Mode, Refusal>> {
+        let sample = inputs.vehicle.filter(is_good);
+        self.vehicle = sample.or(self.vehicle);
+        let conditions = Conditions {
+            attitude: sample.map(|vehicle| vehicle.attitude),
+            step: self.status,
+            overrun: inputs.overrun,
+            fault: inputs.fault,
+        };
+        let (supervisor, state) = (&self.supervisor, &mut self.supervisor_state);
+        supervisor.step(state, self.tick, &conditions);
+        let before = state.mode();
+        let answer = inputs.command.map(|command| supervisor.command(state, self.tick, command));
+        match (before, state.mode()) {
+            (Mode::Flying | Mode::Failsafe, Mode::Flying | Mode::Failsafe) => {}
+            _ => {
+                self.controller_state = self.controller.initial_state();
+                self.flight_tick = 0;
+            }
+        }
+        answer
+    }
+
+    fn step(&mut self, vehicle: &VehicleState, reference: &Reference) -> StepOutput {
+        self.flight_tick = self.flight_tick.saturating_add(1);
+        self.controller.step(&mut self.controller_state, vehicle, reference)
+    }
+
+    /// Gates the wrench and allocates it, if the rotors may turn.
+    fn outputs(
+        &self,
+        step: StepOutput,
+        mode: Mode,
+        answer: Option<Result<Mode, Refusal>>,
+    ) -> Outputs {
+        let wrench = self.supervisor.gate(&self.supervisor_state, step.wrench);
+        let (thrusts, limited) = match mode {
+            Mode::Flying | Mode::Failsafe => {
+                let (thrusts, limited) = self.allocator.allocate(&wrench);
+                (Some(thrusts), limited)
+            }
+            Mode::Disarmed | Mode::Armed | Mode::Locked => (None, Limited::empty()),
+        };
+        let cause = self.supervisor_state.cause();
+        let flight_tick = self.flight_tick;
+        Outputs { thrusts, wrench, step, limited, mode, cause, answer, flight_tick }
+    }
+}
+
+/// Whether a sample can be flown with: finite, and an attitude with a direction.
+fn is_good(vehicle: &VehicleState) -> bool {
+    let VehicleState { position_world, velocity_world, attitude, rate_body } = vehicle;
+    let vectors = [position_world, velocity_world, rate_body];
+    vectors.into_iter().all(|vector| vector.is_finite())
+        && attitude.is_finite()
+        && attitude.length_squared() > 0.25
+}
+
+#[cfg(test)]
+#[path = "flight_control_tests.rs"]
+mod tests;

@@ -1,0 +1,169 @@
+//! Short histories of control periods under the shipped vehicle and the flown scenario.
+
+use ctrl_core::saturated::Saturated;
+use ctrl_core::vehicle::Wrench;
+use glam::{Quat, Vec3};
+
+use super::*;
+use crate::scenario::{ControllerConfig, Scenario};
+use crate::vehicle::vehicle_config;
+
+fn controller() -> Saturated {
+    match Scenario::named("paper-saturated").unwrap().load().unwrap().controller {
+        ControllerConfig::Saturated(config) => Saturated::new(&config).unwrap(),
+        ControllerConfig::RobustAdaptive(_) => unreachable!(),
+    }
+}
+
+fn supervisor() -> SupervisorConfig {
+    vehicle_config().unwrap().supervisor
+}
+
+fn new() -> FlightControl<Saturated> {
+    let config = vehicle_config().unwrap();
+    FlightControl::new(controller(), &config.supervisor, &config.geometry).unwrap()
+}
+
+fn inputs() -> Inputs {
+    Inputs {
+        vehicle: Some(VehicleState::at_rest(Vec3::new(0.1, -0.2, 0.0))),
+        reference: Reference::hover(Vec3::ZERO),
+        command: None,
+        overrun: false,
+        fault: false,
+    }
+}
+
+fn command(command: Command) -> Inputs {
+    Inputs { command: Some(command), ..inputs() }
+}
+
+/// On the ground with a fresh state, armed, then started.
+fn flying() -> FlightControl<Saturated> {
+    let mut flight = new();
+    for _ in 0..supervisor().fresh_samples {
+        flight.tick(&inputs());
+    }
+    assert_eq!(flight.tick(&command(Command::Arm)).answer, Some(Ok(Mode::Armed)));
+    assert_eq!(flight.tick(&command(Command::Start)).answer, Some(Ok(Mode::Flying)));
+    flight
+}
+
+#[test]
+fn rotors_stand_still_until_armed_and_started() {
+    let mut flight = new();
+    assert_eq!(flight.tick(&command(Command::Arm)).answer, Some(Err(Refusal::StateStale)));
+    for _ in 0..100 {
+        let outputs = flight.tick(&inputs());
+        assert_eq!((outputs.thrusts, outputs.wrench), (None, SAFE));
+    }
+    assert_eq!(flight.tick(&command(Command::Start)).answer, Some(Err(Refusal::NotArmed)));
+    let armed = flight.tick(&command(Command::Arm));
+    assert_eq!((armed.mode, armed.thrusts, armed.flight_tick), (Mode::Armed, None, 0));
+    let flying = flight.tick(&command(Command::Start));
+    assert_eq!((flying.mode, flying.flight_tick), (Mode::Flying, 1));
+    assert!(flying.thrusts.unwrap().iter().all(|thrust| *thrust > 1.0));
+}
+
+#[test]
+fn the_rotors_make_the_wrench_of_the_law() {
+    let config = vehicle_config().unwrap();
+    let allocator = Allocator::new(&config.geometry).unwrap();
+    let (law, mut state) = (controller(), controller().initial_state());
+    let mut flight = flying();
+    law.step(&mut state, &inputs().vehicle.unwrap(), &inputs().reference);
+    for tick in 2..50 {
+        let outputs = flight.tick(&inputs());
+        let expected = law.step(&mut state, &inputs().vehicle.unwrap(), &inputs().reference);
+        assert_eq!((outputs.step, outputs.flight_tick), (expected, tick));
+        assert_eq!(outputs.limited, Limited::empty());
+        let Wrench { thrust, torque_body } = allocator.wrench(&outputs.thrusts.unwrap());
+        assert!((thrust - expected.wrench.thrust).abs() < 1e-5);
+        assert!((torque_body - expected.wrench.torque_body).abs().max_element() < 1e-6);
+    }
+}
+
+#[test]
+fn a_missed_sample_is_held_and_many_lead_to_the_failsafe() {
+    let mut flight = flying();
+    let missed = Inputs { vehicle: None, ..inputs() };
+    for _ in 1..supervisor().missed_samples_max {
+        let outputs = flight.tick(&missed);
+        assert_eq!(outputs.mode, Mode::Flying);
+        assert!(!outputs.step.status.intersects(StepStatus::FAULT));
+    }
+    let failsafe = flight.tick(&missed);
+    assert_eq!((failsafe.mode, failsafe.cause), (Mode::Failsafe, Some(Cause::SamplesMissed)));
+    assert_eq!(failsafe.wrench.torque_body, Vec3::ZERO);
+    let sum: f32 = failsafe.thrusts.unwrap().iter().sum();
+    assert!((sum - failsafe.wrench.thrust).abs() < 1e-5 && sum > 0.0);
+}
+
+#[test]
+fn a_bad_sample_counts_as_missed_and_never_reaches_the_law() {
+    let good = inputs().vehicle.unwrap();
+    let bad = [
+        VehicleState { position_world: Vec3::new(f32::NAN, 0.0, 0.0), ..good },
+        VehicleState { velocity_world: Vec3::splat(f32::INFINITY), ..good },
+        VehicleState { rate_body: Vec3::new(0.0, f32::NAN, 0.0), ..good },
+        VehicleState { attitude: Quat::from_xyzw(0.0, 0.0, 0.0, 0.0), ..good },
+        VehicleState { attitude: Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0), ..good },
+    ];
+    for vehicle in bad {
+        let mut flight = flying();
+        for period in 1..=supervisor().missed_samples_max {
+            let outputs = flight.tick(&Inputs { vehicle: Some(vehicle), ..inputs() });
+            assert!(!outputs.step.status.intersects(StepStatus::FAULT));
+            let last = period == supervisor().missed_samples_max;
+            assert_eq!(outputs.mode == Mode::Failsafe, last, "{vehicle:?}");
+        }
+    }
+}
+
+#[test]
+fn a_bad_reference_leads_to_the_failsafe() {
+    let mut flight = flying();
+    let bad = Inputs { reference: Reference::hover(Vec3::splat(f32::NAN)), ..inputs() };
+    let modes: std::vec::Vec<_> =
+        (0..=supervisor().faulted_steps_max).map(|_| flight.tick(&bad).mode).collect();
+    assert_eq!(modes.last(), Some(&Mode::Failsafe));
+    assert!(modes[..modes.len() - 1].iter().all(|mode| *mode == Mode::Flying));
+}
+
+#[test]
+fn overruns_lead_to_the_failsafe_and_a_fault_stops_the_rotors() {
+    let mut flight = flying();
+    let late = Inputs { overrun: true, ..inputs() };
+    for _ in 1..supervisor().overruns_max {
+        assert_eq!(flight.tick(&late).mode, Mode::Flying);
+    }
+    assert_eq!(flight.tick(&late).cause, Some(Cause::Overruns));
+    let locked = flight.tick(&Inputs { fault: true, ..inputs() });
+    assert_eq!((locked.mode, locked.thrusts, locked.wrench), (Mode::Locked, None, SAFE));
+    assert_eq!(flight.tick(&command(Command::Arm)).answer, Some(Err(Refusal::Locked)));
+}
+
+#[test]
+fn every_flight_begins_afresh() {
+    let mut flight = flying();
+    let first = flight.tick(&inputs());
+    for _ in 0..500 {
+        flight.tick(&inputs());
+    }
+    assert_eq!(flight.tick(&command(Command::Stop)).thrusts, None);
+    flight.tick(&command(Command::Start));
+    assert_eq!(flight.tick(&inputs()), first);
+}
+
+#[test]
+fn a_failsafe_that_recovers_goes_on_with_the_flight() {
+    let mut flight = flying();
+    let missed = Inputs { vehicle: None, ..inputs() };
+    while flight.tick(&missed).mode == Mode::Flying {}
+    for _ in 0..supervisor().fresh_samples {
+        flight.tick(&inputs());
+    }
+    let before = flight.tick(&inputs()).flight_tick;
+    let recovered = flight.tick(&command(Command::Start));
+    assert_eq!((recovered.mode, recovered.flight_tick), (Mode::Flying, before + 1));
+}

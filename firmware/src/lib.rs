@@ -1,0 +1,22 @@
+//! What flies on the vehicle's microcontroller: the library behind the images in `main.rs`, `bin/`.
+//!
+//! Everything that decides is pure and tested on the host; everything that touches a register
+//! lives in [`board`] and exists for the target only.
+#![no_std]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod evidence;
+pub mod flight_control;
+pub mod rate_loop;
+pub mod reference_source;
+pub mod replay;
+pub mod rotor_output;
+pub mod scenario;
+pub mod vehicle;
+
+#[cfg(all(target_os = "none", feature = "image"))]
+pub mod board;
+#[cfg(all(target_os = "none", feature = "image"))]
+pub mod fault;

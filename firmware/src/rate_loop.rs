@@ -1,0 +1,308 @@
+//! Rate groups: what is due, what is late, when to fall back, when to feed the watchdog.
+//!
+//! Pure: time enters as a free-running 32-bit microsecond count (it may wrap), decisions leave as
+//! values. The control group runs at every tick and calls [`RateLoop::tick`] first; each group
+//! reports [`RateLoop::finish`] when its work is done. A group is late when it has not finished
+//! its deadline after its release; every miss is one overrun. A run of overruns without a timely
+//! finish between them, as long as configured, calls for the failsafe output.
+
+use core::num::NonZeroU32;
+
+/// The rate groups, most urgent first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Group {
+    /// Control law and rotor outputs, every tick.
+    Control,
+    /// Decodes what has arrived over the link.
+    StateInput,
+    /// Sends what the control group saw and did.
+    Telemetry,
+    /// Log, statistics, watchdog.
+    Housekeeping,
+}
+
+/// Number of [`Group`]s.
+pub const GROUPS: usize = 4;
+
+impl Group {
+    /// All groups, most urgent first.
+    pub const ALL: [Self; GROUPS] =
+        [Self::Control, Self::StateInput, Self::Telemetry, Self::Housekeeping];
+}
+
+/// Period and deadline of one rate group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GroupConfig {
+    /// Ticks from one release to the next, at least 1; exactly 1 for the control group.
+    pub period: u32,
+    /// Tick of the first release, less than `period`; spreads the groups over the ticks.
+    pub phase: u32,
+    /// Time from release to finish [us], at most the period.
+    pub deadline: u32,
+}
+
+/// Configuration of a [`RateLoop`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RateLoopConfig {
+    /// Ticks a second [Hz]: 500 to 2000, a divisor of 1,000,000.
+    pub control_rate: u32,
+    /// In the order of [`Group::ALL`].
+    pub groups: [GroupConfig; GROUPS],
+    /// This many overruns of one group in a row call for the failsafe output; at least 1.
+    pub overruns_to_failsafe: u32,
+}
+
+/// What [`RateLoop::new`] refuses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RateLoopError {
+    /// `control_rate` is not in 500..=2000 Hz or does not divide a million.
+    ControlRate(u32),
+    /// The control group's period is not one tick, or another group's period is zero.
+    Period(Group),
+    /// The phase is not below the period.
+    Phase(Group),
+    /// The deadline is zero or above the period.
+    Deadline(Group),
+    /// `overruns_to_failsafe` is zero.
+    OverrunsToFailsafe,
+}
+
+/// The groups that are released at one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Due(u8);
+
+impl Due {
+    /// Whether `group` is released.
+    #[must_use]
+    pub fn contains(self, group: Group) -> bool {
+        self.0 & (1 << group as u8) != 0
+    }
+
+    fn insert(&mut self, group: Group) {
+        self.0 |= 1 << group as u8;
+    }
+}
+
+/// What was measured of one group since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GroupStatistics {
+    /// Finishes, timely or late.
+    pub completed: u32,
+    /// Longest time from release to finish [us].
+    pub worst_time: u32,
+    /// Missed deadlines and missed releases.
+    pub overruns: u32,
+}
+
+/// Book-keeping of one group.
+#[derive(Clone, Copy, Debug, Default)]
+struct GroupRecord {
+    /// Ticks until the next release.
+    countdown: u32,
+    /// Time of the release that has not finished yet [us].
+    released: Option<u32>,
+    /// That release has already been counted as an overrun.
+    counted: bool,
+    /// Overruns since the last timely finish.
+    in_a_row: u32,
+    /// Timely finishes and overruns since the watchdog was last fed.
+    met: u32,
+    missed: u32,
+    statistics: GroupStatistics,
+}
+
+impl GroupRecord {
+    /// Counts one tick; true when a release is due.
+    fn count_down(&mut self, period: u32) -> bool {
+        let due = self.countdown == 0;
+        self.countdown = if due { period } else { self.countdown }.saturating_sub(1);
+        due
+    }
+
+    fn overrun(&mut self) {
+        self.counted = true;
+        self.in_a_row = self.in_a_row.saturating_add(1);
+        self.missed = self.missed.saturating_add(1);
+        self.statistics.overruns = self.statistics.overruns.saturating_add(1);
+    }
+
+    fn is_late(&self, now: u32, deadline: u32) -> bool {
+        self.released.is_some_and(|released| now.wrapping_sub(released) > deadline)
+    }
+
+    /// Releases the group, unless its last release has not finished: that one is missed.
+    fn release(&mut self, now: u32) -> bool {
+        if self.released.is_some() {
+            self.overrun();
+            return false;
+        }
+        self.released = Some(now);
+        self.counted = false;
+        true
+    }
+
+    fn finish(&mut self, now: u32, deadline: u32) {
+        let late = self.is_late(now, deadline);
+        let Some(released) = self.released.take() else { return };
+        let time = now.wrapping_sub(released);
+        self.statistics.worst_time = self.statistics.worst_time.max(time);
+        self.statistics.completed = self.statistics.completed.wrapping_add(1);
+        if late && !self.counted {
+            self.overrun();
+        } else if !late && !self.counted {
+            self.in_a_row = 0;
+            self.met = self.met.saturating_add(1);
+        }
+    }
+}
+
+/// Decides what is due and what is late; see the module's documentation.
+#[derive(Clone, Debug)]
+pub struct RateLoop {
+    config: RateLoopConfig,
+    tick_period: NonZeroU32,
+    tick: u32,
+    last_tick: Option<u32>,
+    records: [GroupRecord; GROUPS],
+    lost_ticks: u32,
+}
+
+impl RateLoop {
+    /// Checks the configuration.
+    ///
+    /// # Errors
+    /// Names the first value that is out of its documented range.
+    pub const fn new(config: RateLoopConfig) -> Result<Self, RateLoopError> {
+        if config.control_rate < 500
+            || config.control_rate > 2000
+            || !1_000_000u32.is_multiple_of(config.control_rate)
+        {
+            return Err(RateLoopError::ControlRate(config.control_rate));
+        }
+        if config.overruns_to_failsafe == 0 {
+            return Err(RateLoopError::OverrunsToFailsafe);
+        }
+        let Some(tick_period) = NonZeroU32::new(1_000_000 / config.control_rate) else {
+            return Err(RateLoopError::ControlRate(config.control_rate));
+        };
+        let mut records = [EMPTY_RECORD; GROUPS];
+        let mut i = 0;
+        while i < GROUPS {
+            let group = &config.groups[i];
+            if let Err(error) = check_group(Group::ALL[i], group, tick_period.get()) {
+                return Err(error);
+            }
+            records[i].countdown = group.phase;
+            i += 1;
+        }
+        Ok(Self { config, tick_period, tick: 0, last_tick: None, records, lost_ticks: 0 })
+    }
+
+    /// Begins a tick at `now` [us]: counts what is late and returns what is due.
+    ///
+    /// The control group calls it first of all, once a tick; a tick that comes one and a half
+    /// periods or more after the last one shows that ticks were lost, which are control overruns.
+    pub fn tick(&mut self, now: u32) -> Due {
+        let lost = self.lost_since_last_tick(now);
+        self.lost_ticks = self.lost_ticks.saturating_add(lost);
+        self.last_tick = Some(now);
+        let mut due = Due::default();
+        for group in Group::ALL {
+            let config = self.config.groups[group as usize];
+            let record = &mut self.records[group as usize];
+            if !record.counted && record.is_late(now, config.deadline) {
+                record.overrun();
+            }
+            if group == Group::Control && lost > 0 {
+                record.overrun();
+            }
+            if record.count_down(config.period) && record.release(now) {
+                due.insert(group);
+            }
+        }
+        self.tick = self.tick.wrapping_add(1);
+        due
+    }
+
+    fn lost_since_last_tick(&self, now: u32) -> u32 {
+        let Some(last) = self.last_tick else { return 0 };
+        let elapsed = now.wrapping_sub(last);
+        (elapsed.saturating_add(self.tick_period.get() / 2) / self.tick_period).saturating_sub(1)
+    }
+
+    /// Ends the work of `group` at `now` [us]; without a release it does nothing.
+    pub fn finish(&mut self, group: Group, now: u32) {
+        let deadline = self.config.groups[group as usize].deadline;
+        self.records[group as usize].finish(now, deadline);
+    }
+
+    /// Whether some group has overrun so often in a row that outputs must go to failsafe.
+    #[must_use]
+    pub fn failsafe_required(&self) -> bool {
+        self.records.iter().any(|record| record.in_a_row >= self.config.overruns_to_failsafe)
+    }
+
+    /// Whether to feed the watchdog: every group has finished in time at least once, and none has
+    /// overrun, since the last call that returned true or the last one that saw an overrun.
+    pub fn feed_watchdog(&mut self) -> bool {
+        let overrun = self.records.iter().any(|record| record.missed > 0);
+        let feed = !overrun && self.records.iter().all(|record| record.met > 0);
+        if feed || overrun {
+            for record in &mut self.records {
+                record.met = 0;
+                record.missed = 0;
+            }
+        }
+        feed
+    }
+
+    /// What was measured of `group`.
+    #[must_use]
+    pub fn statistics(&self, group: Group) -> GroupStatistics {
+        self.records[group as usize].statistics
+    }
+
+    /// Ticks begun since the start.
+    #[must_use]
+    pub fn ticks(&self) -> u32 {
+        self.tick
+    }
+
+    /// Ticks that never began because the one before took too long.
+    #[must_use]
+    pub fn lost_ticks(&self) -> u32 {
+        self.lost_ticks
+    }
+}
+
+const EMPTY_RECORD: GroupRecord = GroupRecord {
+    countdown: 0,
+    released: None,
+    counted: false,
+    in_a_row: 0,
+    met: 0,
+    missed: 0,
+    statistics: GroupStatistics { completed: 0, worst_time: 0, overruns: 0 },
+};
+
+const fn check_group(
+    group: Group,
+    config: &GroupConfig,
+    tick_period: u32,
+) -> Result<(), RateLoopError> {
+    if config.period == 0 || (matches!(group, Group::Control) && config.period != 1) {
+        return Err(RateLoopError::Period(group));
+    }
+    if config.phase >= config.period {
+        return Err(RateLoopError::Phase(group));
+    }
+    if config.deadline == 0 || config.deadline > config.period.saturating_mul(tick_period) {
+        return Err(RateLoopError::Deadline(group));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+#[path = "rate_loop_tests.rs"]
+mod tests;
