@@ -13,8 +13,8 @@ pub struct Node {
     pub function: Function,
     /// Its instructions.
     pub instructions: Vec<(u64, Instruction)>,
-    /// Start addresses of what it calls or jumps to.
-    callees: Vec<u64>,
+    /// What it calls or jumps to: address of the instruction, start of the function.
+    calls: Vec<(u64, u64)>,
 }
 
 /// A function and everything reachable from it; complete, or it could not be built.
@@ -39,7 +39,7 @@ impl CallGraph {
                 .containing(address)
                 .with_context(|| format!("a call leads to {address:#x}, where no function is"))?;
             let node = node(function, listing, image)?;
-            open.extend(&node.callees);
+            open.extend(node.calls.iter().map(|(_, callee)| callee));
             nodes.insert(address, node);
         }
         Ok(Self { root, nodes })
@@ -48,6 +48,13 @@ impl CallGraph {
     /// All functions, the root included.
     pub fn nodes(&self) -> impl Iterator<Item = &Node> {
         self.nodes.values()
+    }
+
+    /// Addresses of the instructions that call `callee`.
+    pub fn callers(&self, callee: &Node) -> impl Iterator<Item = u64> {
+        let start = callee.function.range.start;
+        let calls = self.nodes().flat_map(|node| &node.calls);
+        calls.filter(move |(_, callee)| *callee == start).map(|(caller, _)| *caller)
     }
 
     /// Bytes of code.
@@ -69,7 +76,7 @@ impl CallGraph {
             .with_context(|| format!("the compiler gave no stack size for `{name}`"))?;
         path.push(address);
         let mut deepest = 0;
-        for callee in &node.callees {
+        for (_, callee) in &node.calls {
             deepest = deepest.max(self.stack_from(*callee, image, path)?);
         }
         path.pop();
@@ -82,20 +89,19 @@ fn node(function: &Function, listing: &Listing, image: &Image) -> Result<Node> {
         .range(function.range.clone())
         .map(|(address, instruction)| (*address, instruction.clone()))
         .collect();
-    let mut callees = Vec::new();
+    let mut calls = Vec::new();
     for (address, instruction) in &instructions {
-        let flow = flow(instruction)
-            .with_context(|| format!("in `{}` at {address:#x}", function.name))?;
+        let flow =
+            flow(instruction).with_context(|| format!("in `{}` at {address:#x}", function.name))?;
         let Some(target) = flow else { continue };
         if !is_call(instruction.name()) && function.range.contains(&target) {
             continue;
         }
         // A jump into the middle of another function still reaches that function.
-        callees.push(image.containing(target).map_or(target, |callee| callee.range.start));
+        let callee = image.containing(target).map_or(target, |callee| callee.range.start);
+        calls.push((*address, callee));
     }
-    callees.sort_unstable();
-    callees.dedup();
-    Ok(Node { function: function.clone(), instructions, callees })
+    Ok(Node { function: function.clone(), instructions, calls })
 }
 
 /// Where an instruction can lead besides the next one; an error if that cannot be told.
@@ -120,9 +126,8 @@ fn flow(instruction: &Instruction) -> Result<Option<u64>> {
         || name.starts_with("ldm")
         || (name.starts_with("ldr") && operands.contains("[sp"));
     let table = name == "tbb" || name == "tbh";
-    let writes_pc = operands.starts_with("pc,")
-        || operands.contains(", pc}")
-        || operands.ends_with("{pc}");
+    let writes_pc =
+        operands.starts_with("pc,") || operands.contains(", pc}") || operands.ends_with("{pc}");
     if writes_pc && !returns && !table {
         bail!("indirect jump {shown} cannot be followed");
     }
@@ -161,9 +166,12 @@ mod tests {
 
     #[test]
     fn direct_branches_lead_somewhere() {
-        for (mnemonic, operands) in
-            [("bl", "0x10 <f>"), ("b.w", "0x10 <f>"), ("bls", "0x10 <g+0x2>"), ("cbz", "r1, 0x10 <g>")]
-        {
+        for (mnemonic, operands) in [
+            ("bl", "0x10 <f>"),
+            ("b.w", "0x10 <f>"),
+            ("bls", "0x10 <g+0x2>"),
+            ("cbz", "r1, 0x10 <g>"),
+        ] {
             assert_eq!(flow_of(mnemonic, operands).unwrap(), Some(0x10), "{mnemonic}");
         }
     }

@@ -82,10 +82,8 @@ fn sizes(file: &File<'_>) -> (u64, u64) {
         if sh_flags & u64::from(object::elf::SHF_ALLOC) == 0 {
             continue;
         }
-        let (in_file, writable) = (
-            section.file_range().is_some(),
-            sh_flags & u64::from(object::elf::SHF_WRITE) != 0,
-        );
+        let (in_file, writable) =
+            (section.file_range().is_some(), sh_flags & u64::from(object::elf::SHF_WRITE) != 0);
         flash += if in_file { section.size() } else { 0 };
         ram += if writable { section.size() } else { 0 };
     }

@@ -1,8 +1,9 @@
 //! What must not be in a control step's machine code, and what must.
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, ensure};
 
 use crate::call_graph::CallGraph;
+use crate::sources::Sources;
 use crate::step_image::{CONTROLLERS, StepImage};
 
 /// Parts of function names, and why a step must not reach such a function.
@@ -30,13 +31,20 @@ fn objection(name: &str) -> Option<&'static str> {
     part.or(soft.then_some("a software float routine"))
 }
 
-/// Checks the machine code that one controller's step can reach.
-pub fn check(graph: &CallGraph) -> Result<()> {
-    let mut faults = Vec::new();
-    let mut roots = 0;
+/// What is wrong with the machine code that one controller's step can reach; empty if nothing.
+fn faults(graph: &CallGraph, sources: &Sources) -> Result<Vec<String>> {
+    let (mut faults, mut roots) = (Vec::new(), 0);
     for node in graph.nodes() {
         let name = &node.function.name;
-        faults.extend(objection(name).map(|reason| format!("reaches `{name}`: {reason}")));
+        if let Some(reason) = objection(name) {
+            faults.push(format!("{reason}: the step reaches `{name}`"));
+            for caller in graph.callers(node) {
+                for frame in sources.frames(caller)? {
+                    faults.push(format!("  from {frame}"));
+                }
+            }
+            continue;
+        }
         for (address, instruction) in &node.instructions {
             match instruction.name() {
                 "vsqrt.f32" => roots += 1,
@@ -50,23 +58,32 @@ pub fn check(graph: &CallGraph) -> Result<()> {
     if roots == 0 {
         faults.push("no vsqrt.f32: the square root is not the hardware's".to_owned());
     }
-    if faults.is_empty() { Ok(()) } else { bail!("{}", faults.join("\n  ")) }
+    Ok(faults)
 }
 
 /// Checks every controller's image and reports what its step consists of.
 pub fn check_all() -> Result<()> {
     crate::step_image::build()?;
+    let mut good = true;
     for controller in CONTROLLERS {
         let image = StepImage::open(controller)?;
-        let stack = image.graph.stack(&image.image)?;
         let size = image.graph.code_size();
-        println!("{controller}: {size} B of code, {stack} B of stack at most, in");
+        println!("{controller}: {size} B of code in");
         for node in image.graph.nodes() {
             println!("  {}", node.function.name);
         }
-        let checked = check(&image.graph);
-        ensure!(checked.is_ok(), "{controller}: {}", checked.unwrap_err());
+        let faults = faults(&image.graph, &Sources::open(&image.path)?)?;
+        faults.iter().for_each(|fault| println!("  ! {fault}"));
+        good &= faults.is_empty();
+        match image.graph.stack(&image.image) {
+            Ok(stack) => println!("  at most {stack} B of stack"),
+            Err(error) => {
+                println!("  ! {error}");
+                good = false;
+            }
+        }
     }
+    ensure!(good, "the machine code of a control step is not as it must be, see above");
     Ok(())
 }
 

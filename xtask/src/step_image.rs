@@ -26,7 +26,7 @@ const FOLDER: &str = "target/step-image";
 /// Builds the images and QEMU's counting plugin.
 pub fn build() -> Result<()> {
     run(&mut cargo(["build", "--release", "--quiet", "-p", "insn-count"]))?;
-    run(cargo(["build", "--release", "--quiet", "-p", "step-image", "--bin", "step-none"])
+    run(cargo(["build", "--release", "--quiet", "-p", "step-image", "--bins"])
         .args(["--target", TARGET, "--target-dir", FOLDER])
         // -Z emit-stack-sizes is the only unstable thing used; it changes no code.
         .env("RUSTC_BOOTSTRAP", "1")
@@ -49,7 +49,8 @@ pub struct StepImage {
 impl StepImage {
     /// Opens the built image of one controller.
     pub fn open(controller: &str) -> Result<Self> {
-        let path = Path::new(FOLDER).join(TARGET).join("release").join(format!("step-{controller}"));
+        let path =
+            Path::new(FOLDER).join(TARGET).join("release").join(format!("step-{controller}"));
         let image = Image::read(&path)?;
         let listing = disassembly::disassemble(&path)?;
         let graph = CallGraph::walk(&image, &listing, STEP)?;

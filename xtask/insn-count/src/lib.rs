@@ -103,9 +103,10 @@ extern "C" fn on_translation(_id: PluginId, block: *mut Block) {
             let pc = qemu::qemu_plugin_insn_vaddr(instruction);
             let inside = plugin.settings.ranges.iter().any(|range| range.contains(&pc));
             let (callback, user): (qemu::ExecCallback, _) = if inside {
-                let site = *plugin.sites.entry(pc).or_insert_with(|| {
-                    Box::leak(Box::new(Site { executed: AtomicU64::new(0) }))
-                });
+                let site = *plugin
+                    .sites
+                    .entry(pc)
+                    .or_insert_with(|| Box::leak(Box::new(Site { executed: AtomicU64::new(0) })));
                 let entry = pc == plugin.settings.entry;
                 (if entry { on_entry } else { on_inside }, core::ptr::from_ref(site))
             } else {

@@ -80,8 +80,7 @@ impl Output {
 
     fn flush(&mut self) {
         // SAFETY: the buffer holds `end` words, which the host only reads.
-        let missing =
-            unsafe { syscall!(WRITE, self.handle, self.words.as_ptr(), self.end * 4) };
+        let missing = unsafe { syscall!(WRITE, self.handle, self.words.as_ptr(), self.end * 4) };
         if missing != 0 {
             crate::refuse();
         }

@@ -81,8 +81,7 @@ fn cascade(x: &mut CascadeGains, word: &mut impl FnMut(&mut u32)) {
         delta_min_translation,
         delta_min_rotation,
     } = x;
-    for gain in
-        [k1, k2, k3, c, m1, m2, gamma1, delta_1, delta_min_translation, delta_min_rotation]
+    for gain in [k1, k2, k3, c, m1, m2, gamma1, delta_1, delta_min_translation, delta_min_rotation]
     {
         number(gain, word);
     }
@@ -217,10 +216,7 @@ pub struct Sample {
 
 impl Record for Sample {
     fn zero() -> Self {
-        Self {
-            vehicle: VehicleState::at_rest(Vec3::ZERO),
-            reference: Reference::hover(Vec3::ZERO),
-        }
+        Self { vehicle: VehicleState::at_rest(Vec3::ZERO), reference: Reference::hover(Vec3::ZERO) }
     }
 
     fn visit(&mut self, word: &mut impl FnMut(&mut u32)) {

@@ -31,12 +31,8 @@ impl Source {
     }
 
     fn sample(&mut self) -> Sample {
-        let spin = Quat::from_xyzw(
-            self.number(1.0),
-            self.number(1.0),
-            self.number(1.0),
-            self.number(1.0),
-        );
+        let spin =
+            Quat::from_xyzw(self.number(1.0), self.number(1.0), self.number(1.0), self.number(1.0));
         let vehicle = VehicleState {
             position_world: self.vector(10.0),
             velocity_world: self.vector(5.0),

@@ -49,7 +49,12 @@ impl TrackingController for Nothing {
     }
 
     fn estimates(&self, _: &Start) -> Estimates {
-        Estimates { mass: 0.0, inertia: Vec3::ZERO, gyroscopic_ratio: Vec3::ZERO }
+        Estimates {
+            inverse_mass: 0.0,
+            inertia: Vec3::ZERO,
+            inverse_inertia: Vec3::ZERO,
+            gyroscopic_ratio: Vec3::ZERO,
+        }
     }
 
     fn attitude_error(&self, _: &Start) -> Quat {
