@@ -1,9 +1,13 @@
 //! `cargo xtask`: the project's checks and measurements, from any folder of the repository.
 
+mod budgets;
 mod call_graph;
+mod checks;
+mod cycles;
 mod disassembly;
 mod elf;
 mod machine_code;
+mod measurement;
 mod profile;
 mod shell;
 mod sources;
@@ -14,6 +18,16 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
+
+const USAGE: &str = "usage: cargo xtask COMMAND
+  ci            set up what is missing and check everything
+  test          the everyday checks: format, clippy, tests
+  setup         install the toolchain's parts and the emulator
+  machine-code  what the control steps' machine code must and must not contain
+  budgets       instructions, cycles, memory and stack against budgets.toml
+  profile CONTROLLER [FLIGHT [ROWS]]
+                where a step's instructions go; CONTROLLER is robust-adaptive or saturated,
+                FLIGHT one of those that `budgets` lists (the paper's unless given)";
 
 fn main() -> ExitCode {
     match run() {
@@ -32,31 +46,16 @@ fn run() -> Result<()> {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
     let words: Vec<_> = arguments.iter().map(String::as_str).collect();
     match words[..] {
+        ["ci"] => checks::run_all(checks::ALL),
+        ["test"] => checks::run_all(checks::EVERYDAY),
         ["setup"] => toolchain::set_up(),
         ["machine-code"] => machine_code::check_all(),
-        ["profile", controller, case] => {
-            step_image::build()?;
-            shell::run(&mut shell::cargo([
-                "run",
-                "--release",
-                "--quiet",
-                "-p",
-                "step-samples",
-                "--",
-                "target/samples",
-            ]))?;
-            let image = step_image::StepImage::open(controller)?;
-            let flight = image.fly(&Path::new("target/samples").join(controller).join(case))?;
-            let n = &flight.instructions;
-            println!(
-                "{controller} {case}: min {} mean {:.1} max {} instructions, {:?}",
-                n.iter().min().unwrap(),
-                n.iter().sum::<u64>() as f64 / n.len() as f64,
-                n.iter().max().unwrap(),
-                flight.closing
-            );
-            profile::print(&image, &flight, 40)
+        ["budgets"] => budgets::check(),
+        ["profile", controller] => profile::run(controller, "paper", 40),
+        ["profile", controller, flight] => profile::run(controller, flight, 40),
+        ["profile", controller, flight, rows] => {
+            profile::run(controller, flight, rows.parse().context("ROWS")?)
         }
-        _ => bail!("usage: cargo xtask ..."),
+        _ => bail!("{USAGE}"),
     }
 }

@@ -2,16 +2,36 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use anyhow::Result;
+use std::path::Path;
 
+use anyhow::{Result, ensure};
+
+use crate::measurement::{Case, SAMPLES, case_names, prepare};
 use crate::sources::{Frame, Sources};
-use crate::step_image::{Flight, StepImage};
+use crate::step_image::{CONTROLLERS, Flight, StepImage};
 
 /// Instructions a step, by name.
 type Shares = BTreeMap<String, f64>;
 
+/// Measures one flight and prints the `top` largest shares of everything.
+pub fn run(controller: &str, case: &str, top: usize) -> Result<()> {
+    ensure!(CONTROLLERS.contains(&controller), "controllers: {}", CONTROLLERS.join(", "));
+    prepare()?;
+    let cases = case_names(controller)?;
+    ensure!(cases.iter().any(|name| name == case), "flights: {}", cases.join(", "));
+    let image = StepImage::open(controller)?;
+    let flight = image.fly(&Path::new(SAMPLES).join(controller).join(case))?;
+    let Case { steps, instructions: (min, mean, max), cycles, .. } =
+        Case::new(case.to_owned(), &image, &flight);
+    println!(
+        "{controller}, {case}, {steps} steps: instructions min {min} mean {mean:.1} max {max}"
+    );
+    println!("about {cycles:.0} cycles; {} B of stack", flight.closing.stack);
+    print(&image, &flight, top)
+}
+
 /// Prints the `top` largest shares of `flight`, most expensive first.
-pub fn print(image: &StepImage, flight: &Flight, top: usize) -> Result<()> {
+fn print(image: &StepImage, flight: &Flight, top: usize) -> Result<()> {
     let sources = Sources::open(&image.path)?;
     let steps = flight.instructions.len() as f64;
     let [mut lines, mut functions, mut inclusive, mut mix] = [const { Shares::new() }; 4];

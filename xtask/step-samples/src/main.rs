@@ -81,7 +81,9 @@ fn write<T: TrackingController>(folder: &Path, config: impl Record, c: &T, sampl
             status: o.status.bits().into(),
             ticks: 0,
         };
-        a.write(|w| b.extend(w.to_le_bytes()));
+        for w in a.wrench.into_iter().chain([a.status]) {
+            b.extend(w.to_le_bytes());
+        }
     }
     std::fs::write(folder.join("expected.bin"), b).unwrap();
 }
