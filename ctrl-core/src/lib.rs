@@ -11,7 +11,6 @@
 extern crate std;
 
 pub mod adaptation;
-pub mod allocation;
 mod cascade;
 pub mod config;
 pub mod controller;

@@ -71,7 +71,7 @@ impl Reference {
     #[inline(always)]
     #[must_use]
     pub fn specific_force(&self) -> Jet<Vec3> {
-        Jet::new(self.acceleration_world + GRAVITY * Vec3::Z, self.jerk_world, self.snap_world)
+        Jet::new(plus_gravity(self.acceleration_world), self.jerk_world, self.snap_world)
     }
 
     /// `b2d` with its derivatives.
@@ -80,4 +80,10 @@ impl Reference {
     pub fn left(&self) -> Jet<Vec3> {
         Jet::new(self.left_world, self.left_rate_world, self.left_acceleration_world)
     }
+}
+
+/// `a + g e3`.
+#[inline(always)]
+fn plus_gravity(a: Vec3) -> Vec3 {
+    Vec3::new(a.x, a.y, a.z + GRAVITY)
 }

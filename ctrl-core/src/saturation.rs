@@ -75,7 +75,25 @@ fn inverse_root(x: Vec3, delta_squared: f32) -> Vec3 {
 #[inline(always)]
 #[must_use]
 pub fn clip(x: Vec3, limit: f32) -> Vec3 {
-    Vec3::new(x.x.clamp(-limit, limit), x.y.clamp(-limit, limit), x.z.clamp(-limit, limit))
+    Vec3::new(
+        clip_between(x.x, -limit, limit),
+        clip_between(x.y, -limit, limit),
+        clip_between(x.z, -limit, limit),
+    )
+}
+
+/// `x` clipped to `[lower, upper]`; NaN stays NaN. Unlike `f32::clamp` it has no panic for
+/// unordered ends, which the constructors exclude.
+#[inline(always)]
+#[must_use]
+pub fn clip_between(x: f32, lower: f32, upper: f32) -> f32 {
+    if x < lower {
+        lower
+    } else if x > upper {
+        upper
+    } else {
+        x
+    }
 }
 
 /// Hyperbolic tangent, within 5e-7 of the exact value everywhere and never beyond +-1.

@@ -12,32 +12,36 @@
 #[inline(always)]
 #[must_use]
 pub fn sqrt(x: f32) -> f32 {
-    #[cfg(all(target_arch = "arm", target_feature = "vfp2"))]
+    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
     {
         hardware(x)
     }
-    #[cfg(not(all(target_arch = "arm", target_feature = "vfp2")))]
+    #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
     {
         libm::sqrtf(x)
     }
 }
 
-#[cfg(all(target_arch = "arm", target_feature = "vfp2"))]
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 #[allow(unsafe_code)]
 #[inline(always)]
 fn hardware(x: f32) -> f32 {
-    let root: f32;
-    // SAFETY: the target has the floating-point unit (checked by `cfg`); the instruction reads and
-    // writes floating-point registers only and touches neither memory, stack nor flags.
+    let mut bits = x.to_bits();
+    // The argument passes through a core register: `asm!` offers the register class `sreg` only with
+    // the feature `vfp2`, which stands for double precision too and is off on a Cortex-M4F.
+    // SAFETY: the hard-float ABI implies the floating-point unit; the instructions change the named
+    // registers only and touch neither memory, stack nor flags.
     unsafe {
         core::arch::asm!(
-            "vsqrt.f32 {root}, {x}",
-            root = lateout(sreg) root,
-            x = in(sreg) x,
+            "vmov s15, {bits}",
+            "vsqrt.f32 s15, s15",
+            "vmov {bits}, s15",
+            bits = inout(reg) bits,
+            out("s15") _,
             options(pure, nomem, nostack, preserves_flags)
         );
     }
-    root
+    f32::from_bits(bits)
 }
 
 #[cfg(test)]

@@ -1,6 +1,11 @@
 //! System tests across the crates, and what they measure against: an independent `f64`
-//! transcription of the control laws, the golden steps, and one tolerance helper.
+//! transcription of the control laws, the golden steps, random steps
+//! one tolerance helper, and the documented accuracy of the core.
 
+pub mod accuracy;
 pub mod golden;
+pub mod paper_example;
+pub mod random;
+pub mod single_precision;
 pub mod tolerance;
 pub mod transcription;

@@ -21,6 +21,7 @@ use crate::controller::{Intermediates, StepOutput, StepStatus};
 use crate::error::{Bound, ConfigError, require};
 use crate::reference::Reference;
 use crate::rotation::{from_axes, inverse_mul, nearest_sign};
+use crate::saturation::clip_between;
 use crate::vehicle::{InitialEstimate, Uncertainty, VehicleState, Wrench, WrenchBounds};
 
 /// Below this the decaying part of `delta^2` is negligible and stops, well above subnormals.
@@ -79,7 +80,7 @@ impl Cascade {
         let hover = self.initial.mass * crate::vehicle::GRAVITY;
         CascadeState {
             wrench: Wrench {
-                thrust: hover.clamp(bounds.thrust_min, bounds.thrust_max),
+                thrust: clip_between(hover, bounds.thrust_min, bounds.thrust_max),
                 torque_body: Vec3::ZERO,
             },
             inverse_mass: Estimate::new(self.clamped_inverse(self.initial.mass)),
@@ -104,7 +105,7 @@ impl Cascade {
 
     /// `1/mass`, inside the set of `beta` whatever the rounding.
     fn clamped_inverse(&self, mass: f32) -> f32 {
-        (1.0 / mass).clamp(self.inverse_mass_min, self.inverse_mass_max)
+        clip_between(1.0 / mass, self.inverse_mass_min, self.inverse_mass_max)
     }
 
     /// Whether the projection (14) lets `beta` move at `rate`.
@@ -162,7 +163,8 @@ impl Cascade {
             status |= StepStatus::MASS_PROJECTED;
         }
         // Rounding alone can take |alpha| past (19) or (20).
-        let thrust = evaluation.force.thrust.clamp(self.bounds.thrust_min, self.bounds.thrust_max);
+        let WrenchBounds { thrust_min, thrust_max, .. } = self.bounds;
+        let thrust = clip_between(evaluation.force.thrust, thrust_min, thrust_max);
         state.wrench = Wrench { thrust, torque_body };
         state.attitude_error = evaluation.attitude_error;
         state.lateral = evaluation.desired.lateral;

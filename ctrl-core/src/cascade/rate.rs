@@ -43,10 +43,10 @@ pub(crate) struct VirtualRate {
     pub mu_dot: Vec3,
 }
 
-/// `S(e3)^T y = (y.y, -y.x, 0)`.
+/// `x + weight S(e3)^T y`, where `S(e3)^T y = (y.y, -y.x, 0)`.
 #[inline(always)]
-fn cross_e3(y: Vec3) -> Vec3 {
-    Vec3::new(y.y, -y.x, 0.0)
+fn add_coupling(x: Vec3, weight: f32, y: Vec3) -> Vec3 {
+    Vec3::new(x.x + weight * y.y, x.y - weight * y.x, x.z)
 }
 
 /// Evaluates step 3 at attitude error `q_e`, inverse mass `beta` and body rate `rate_body`.
@@ -81,8 +81,9 @@ pub(crate) fn virtual_rate(
     let weight_dot =
         2.0 * law.gains.c * (force.inverse_mass_rate * force.thrust + beta * force.thrust_dot);
 
-    let mu = weight * cross_e3(y) - k3 * eps + forward; // (31), (49)
-    let mu_dot = weight_dot * cross_e3(y) + weight * cross_e3(y_dot) - k3 * eps_dot + forward_dot;
+    let mu = add_coupling(forward - k3 * eps, weight, y); // (31), (49)
+    let mu_dot = add_coupling(forward_dot - k3 * eps_dot, weight_dot, y);
+    let mu_dot = add_coupling(mu_dot, weight, y_dot);
     match auxiliary {
         None => VirtualRate { mu, mu_dot },
         Some(terms) => {

@@ -1,0 +1,106 @@
+//! Wall time of one step of each controller, of each part of a tick, and of whole flights:
+//! `cargo bench -p sil-host --bench speed`. A flight's tick below 1 us is 1,000 times real time.
+
+use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::controller::TrackingController;
+use ctrl_core::robust_adaptive::RobustAdaptive;
+use ctrl_core::saturated::Saturated;
+use ctrl_core::trajectory::Trajectory;
+use ctrl_core::vehicle::Wrench;
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use glam::Vec3;
+use sil_host::closed_loop::Unobserved;
+use sil_host::plant::Disturbance;
+use sil_host::plant::disturbance::DisturbanceProcess;
+use sil_host::plant::rigid_body::RigidBody;
+use sil_host::scenario::{ControllerConfig, LoadedScenario, Scenario};
+
+const PAPER: [&str; 2] = ["paper-robust-adaptive", "paper-saturated"];
+/// Ticks of one measured flight.
+const TICKS: u64 = 20_000;
+/// Calls in one measurement of a part of a tick.
+const CALLS: u64 = 1_000;
+
+fn main() {
+    divan::main();
+}
+
+fn load(name: &str) -> LoadedScenario {
+    LoadedScenario::open(name, &[]).expect("a built-in scenario is valid")
+}
+
+/// Control ticks of a whole flight without logging: reference, law, disturbance and plant.
+#[divan::bench(args = PAPER)]
+fn flight(bencher: Bencher, name: &str) {
+    let scenario = load(name);
+    bencher
+        .counter(ItemsCount::new(TICKS))
+        .with_inputs(|| scenario.flight().expect("a built-in scenario is valid"))
+        .bench_values(|mut flight| {
+            flight.advance(TICKS, &mut Unobserved);
+            black_box(*flight.truth())
+        });
+}
+
+#[divan::bench]
+fn step_robust_adaptive(bencher: Bencher) {
+    let scenario = load(PAPER[0]).scenario().clone();
+    let ControllerConfig::RobustAdaptive(config) = scenario.controller else { unreachable!() };
+    let new = |config: &RobustAdaptiveConfig| RobustAdaptive::new(config).expect("valid");
+    step(bencher, &new(&config), &scenario);
+}
+
+#[divan::bench]
+fn step_saturated(bencher: Bencher) {
+    let scenario = load(PAPER[1]).scenario().clone();
+    let ControllerConfig::Saturated(config) = scenario.controller else { unreachable!() };
+    let new = |config: &SaturatedConfig| Saturated::new(config).expect("valid");
+    step(bencher, &new(&config), &scenario);
+}
+
+/// One evaluation of the law beside its reference.
+fn step<C: TrackingController>(bencher: Bencher, controller: &C, scenario: &Scenario) {
+    let trajectory = scenario.trajectory.build(controller.step_period()).expect("valid");
+    let (reference, vehicle) = (trajectory.reference(10), scenario.initial.state().measured());
+    let mut state = controller.initial_state();
+    bencher.counter(ItemsCount::new(CALLS)).bench_local(|| {
+        for _ in 0..CALLS {
+            black_box(controller.step(&mut state, black_box(&vehicle), black_box(&reference)));
+        }
+    });
+}
+
+#[divan::bench]
+fn reference(bencher: Bencher) {
+    let trajectory = load(PAPER[0]).scenario().trajectory.build(1e-3).expect("valid");
+    bencher.counter(ItemsCount::new(CALLS)).bench_local(|| {
+        for tick in 0..CALLS {
+            black_box(trajectory.reference(black_box(tick)));
+        }
+    });
+}
+
+#[divan::bench]
+fn disturbance(bencher: Bencher) {
+    let mut noise = DisturbanceProcess::new(&load(PAPER[0]).scenario().disturbance, 1, 1e-3);
+    bencher.counter(ItemsCount::new(CALLS)).bench_local(|| {
+        for _ in 0..CALLS {
+            black_box(noise.advance());
+        }
+    });
+}
+
+#[divan::bench]
+fn plant(bencher: Bencher) {
+    let scenario = load(PAPER[0]).scenario().clone();
+    let body = RigidBody::new(&scenario.vehicle.into(), 1e-3, 1);
+    let wrench = Wrench { thrust: 8.0, torque_body: Vec3::new(0.01, 0.0, -0.01) };
+    bencher.counter(ItemsCount::new(CALLS)).bench_local(|| {
+        let mut truth = scenario.initial.state();
+        for _ in 0..CALLS {
+            truth = body.advance(&truth, black_box(&wrench), &Disturbance::default());
+        }
+        truth
+    });
+}

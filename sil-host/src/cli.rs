@@ -1,0 +1,73 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Flies the controllers of ctrl-core against a simulated vehicle and checks their guarantees.
+///
+/// Exit status: 0 every guarantee holds, 1 a guarantee is violated, 2 wrong usage or scenario,
+/// 3 results cannot be written.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "sil-host", version)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Clone, Debug, Subcommand)]
+pub enum Command {
+    /// List the built-in scenarios.
+    List,
+    /// Print a built-in scenario in full: save it, change it, run the file.
+    Show {
+        /// Name of a built-in scenario.
+        name: String,
+    },
+    /// Fly scenarios, check their guarantees, write traces and figures.
+    Run(RunArguments),
+}
+
+/// How to run.
+#[derive(Clone, Debug, Args)]
+pub struct RunArguments {
+    /// Built-in scenarios or TOML files; the paper's two when none is given.
+    #[arg(value_name = "NAME|FILE")]
+    pub scenarios: Vec<String>,
+    /// Change a value of every scenario, as in `--set controller.saturated.k4=3` (repeatable).
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub changes: Vec<String>,
+    /// Directory to write results to, one below it for each scenario.
+    #[arg(long, default_value = "out", value_name = "DIR")]
+    pub out: PathBuf,
+    /// Seed of every random number; short for `--set seed=N`.
+    #[arg(long)]
+    pub seed: Option<u32>,
+    /// Show no progress, and print only violated guarantees.
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Print the verdicts as JSON instead of a table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl RunArguments {
+    /// Names or files of the scenarios to fly.
+    #[must_use]
+    pub fn scenarios(&self) -> Vec<String> {
+        if self.scenarios.is_empty() {
+            crate::scenario::DEFAULT_SCENARIOS.map(str::to_owned).to_vec()
+        } else {
+            self.scenarios.clone()
+        }
+    }
+
+    /// Every change to the scenarios, in order.
+    #[must_use]
+    pub fn changes(&self) -> Vec<String> {
+        let seed = self.seed.map(|seed| format!("seed={seed}"));
+        self.changes.iter().cloned().chain(seed).collect()
+    }
+}

@@ -1,0 +1,78 @@
+//! Every estimate stays inside its set: (14), (35), (51), (52).
+
+use ctrl_core::vehicle::Interval;
+
+use super::lyapunov::Evaluation;
+use super::verdict::{Extreme, Requirement, Verdict};
+use super::{Monitor, ROUNDING};
+use crate::sample::Sample;
+use crate::scenario::ControllerConfig;
+
+/// The projections hold: mass, inertia (both laws report it) and gyroscopic ratios (controller 2).
+#[derive(Clone, Copy, Debug)]
+pub struct EstimateSets {
+    mass: (Requirement, Extreme),
+    inertia: (Requirement, Extreme),
+    ratio: Option<(Requirement, Extreme)>,
+    equations: [&'static str; 2],
+}
+
+impl EstimateSets {
+    /// With the sets of `law`.
+    #[must_use]
+    pub fn new(law: &ControllerConfig) -> Self {
+        let ratio = (Requirement::Inside(-1.0, 1.0), Extreme::default());
+        let (ratio, inertia_equation) = match law {
+            ControllerConfig::RobustAdaptive(_) => (None, "(35)"),
+            ControllerConfig::Saturated(_) => (Some(ratio), "(51)"),
+        };
+        let uncertainty = law.uncertainty();
+        Self {
+            mass: (set(uncertainty.mass), Extreme::default()),
+            inertia: (set(uncertainty.inertia), Extreme::default()),
+            ratio,
+            equations: ["(14)", inertia_equation],
+        }
+    }
+}
+
+/// The interval, widened by what rounding to `f32` and taking a reciprocal may do.
+fn set(interval: Interval) -> Requirement {
+    Requirement::Inside(
+        f64::from(interval.lower) * (1.0 - ROUNDING),
+        f64::from(interval.upper) * (1.0 + ROUNDING),
+    )
+}
+
+impl Monitor for EstimateSets {
+    fn observe(&mut self, sample: &Sample, _: &Evaluation) {
+        let estimates = &sample.estimates;
+        let mass = f64::from(estimates.inverse_mass).recip();
+        self.mass.1.tightest(mass, sample.time, self.mass.0);
+        let inertia = match self.ratio {
+            None => estimates.inertia.as_dvec3(),
+            Some(_) => estimates.inverse_inertia.as_dvec3().recip(),
+        };
+        for component in inertia.to_array() {
+            self.inertia.1.tightest(component, sample.time, self.inertia.0);
+        }
+        if let Some((requirement, extreme)) = &mut self.ratio {
+            for component in estimates.gyroscopic_ratio.to_array() {
+                extreme.tightest(component.into(), sample.time, *requirement);
+            }
+        }
+    }
+
+    fn verdicts(&self) -> Vec<Verdict> {
+        let [mass, inertia] = self.equations;
+        let row = |name, equation, unit, (requirement, extreme)| {
+            Verdict::new((name, equation, unit), requirement, extreme)
+        };
+        let mut rows = vec![
+            row("mass estimate", mass, "kg", self.mass),
+            row("inertia estimate", inertia, "kg m^2", self.inertia),
+        ];
+        rows.extend(self.ratio.map(|ratio| row("gyroscopic ratio estimate", "(52)", "-", ratio)));
+        rows
+    }
+}

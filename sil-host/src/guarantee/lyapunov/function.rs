@@ -1,0 +1,207 @@
+//! V and what surrounds it at one tick.
+
+use ctrl_core::controller::StepStatus;
+use glam::{DQuat, DVec3};
+
+use super::adaptation::Resolved;
+use super::attitude::Attitude;
+use super::parameters::{Parameters, Width};
+use super::translation::Translation;
+use crate::plant::PlantParameters;
+use crate::sample::Sample;
+use crate::scenario::ControllerConfig;
+
+/// Steps after which the proof does not speak about the next one: the law was not evaluated as
+/// written, or a sign or an axis jumped.
+pub(super) const OUTSIDE_THE_PROOF: StepStatus = StepStatus::FAULT
+    .union(StepStatus::ATTITUDE_RENORMALISED)
+    .union(StepStatus::REFERENCE_CLIPPED)
+    .union(StepStatus::HEADING_HELD)
+    .union(StepStatus::SIGN_FLIPPED)
+    .union(StepStatus::AUXILIARY_CLIPPED);
+
+/// V and its ingredients at one tick, from the truth.
+#[derive(Clone, Copy, Debug)]
+pub struct Evaluation {
+    /// `e_p` [m].
+    pub position_error: DVec3,
+    /// `q_e`, with the sign that the law chose.
+    pub attitude_error: DQuat,
+    /// `w_e` [rad/s].
+    pub rate_error: DVec3,
+    /// `V3` (controller 1) or `V5` (controller 2).
+    pub value: f64,
+    /// The part of V that only estimates make up; it never has to decay.
+    pub parameter_part: f64,
+    /// `W`: the decrease that the theorem promises, (36) or (53) [1/s].
+    pub decrease: f64,
+    pub(super) translation: Translation,
+    pub(super) attitude: Attitude,
+    /// `a`, `theta`: true less estimated parameters, zero where adaptation is off.
+    pub(super) inverse_mass_error: f64,
+    pub(super) inertia_error: DVec3,
+    /// Widths of the translational and the rotational smooth sign.
+    pub(super) delta: (Width, Width),
+    /// What the estimates gain until the next tick before projection.
+    pub(super) increments: Increments,
+    /// `beta`.
+    pub(super) inverse_mass: f64,
+}
+
+/// Unprojected increments of the estimates over one tick: (14), (35) or (51), (52).
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Increments {
+    pub inverse_mass: f64,
+    pub inertia: DVec3,
+    pub gyroscopic_ratio: DVec3,
+}
+
+/// Evaluates V tick by tick.
+#[derive(Clone, Debug)]
+pub struct Evaluator {
+    pub(super) parameters: Parameters,
+    inverse_mass: Resolved,
+    inertia: Resolved,
+    gyroscopic_ratio: Resolved,
+    increments: Increments,
+}
+
+/// Estimates of one tick with all their digits.
+struct Estimated {
+    inverse_mass: f64,
+    /// `a_hat` or `theta_hat`.
+    inertia: DVec3,
+    gyroscopic_ratio: DVec3,
+}
+
+impl Evaluator {
+    /// For `law` on the vehicle with the true `parameters`.
+    #[must_use]
+    pub fn new(law: &ControllerConfig, parameters: &PlantParameters) -> Self {
+        Self {
+            parameters: Parameters::new(law, parameters),
+            inverse_mass: Resolved::default(),
+            inertia: Resolved::default(),
+            gyroscopic_ratio: Resolved::default(),
+            increments: Increments::default(),
+        }
+    }
+
+    /// V at this tick; call once a tick, in order.
+    pub fn evaluate(&mut self, sample: &Sample) -> Evaluation {
+        let estimated = self.estimated(sample);
+        let p = &self.parameters;
+        let delta = (
+            p.width(sample.tick, p.delta_min_translation),
+            p.width(sample.tick, p.delta_min_rotation),
+        );
+        let translation = Translation::new(p, sample, estimated.inverse_mass, delta.0.value);
+        let attitude = Attitude::new(
+            translation.alpha,
+            &sample.reference,
+            sample.auxiliary.attitude.as_dquat(),
+            sample.truth.attitude,
+            sample.intermediates.attitude_error.as_dquat(),
+        );
+        let mu = sample.intermediates.mu.as_dvec3();
+        let rate_error = sample.truth.rate_body - mu - sample.auxiliary.rate.as_dvec3();
+        let mut evaluation = Evaluation {
+            position_error: translation.position_error,
+            attitude_error: attitude.error,
+            rate_error,
+            value: 0.0,
+            parameter_part: 0.0,
+            decrease: p.c * translation.decrease
+                + p.k3 * attitude.error.xyz().length_squared()
+                + p.k4 * rate_error.length_squared(),
+            translation,
+            attitude,
+            inverse_mass_error: p.inverse_mass - estimated.inverse_mass,
+            inertia_error: p.inertia_parameter() - estimated.inertia,
+            delta,
+            increments: Increments::default(),
+            inverse_mass: estimated.inverse_mass,
+        };
+        evaluation.parameter_part = parameter_part(p, &evaluation, estimated.gyroscopic_ratio);
+        evaluation.value = state_part(p, &evaluation) + evaluation.parameter_part;
+        evaluation.increments = increments(p, &evaluation, sample);
+        self.increments = evaluation.increments;
+        evaluation
+    }
+
+    fn estimated(&mut self, sample: &Sample) -> Estimated {
+        let (p, estimates) = (&self.parameters, &sample.estimates);
+        let (reported, set) = if p.saturated.is_some() {
+            let set = (1.0 / p.inertia_set.1, 1.0 / p.inertia_set.0);
+            (estimates.inverse_inertia.as_dvec3(), set)
+        } else {
+            (estimates.inertia.as_dvec3(), p.inertia_set)
+        };
+        let increments = self.increments;
+        let inverse_mass = DVec3::splat(estimates.inverse_mass.into());
+        let moved = DVec3::splat(increments.inverse_mass);
+        Estimated {
+            inverse_mass: self.inverse_mass.advance(moved, p.inverse_mass_set, inverse_mass).x,
+            inertia: self.inertia.advance(increments.inertia, set, reported),
+            gyroscopic_ratio: self.gyroscopic_ratio.advance(
+                increments.gyroscopic_ratio,
+                (-1.0, 1.0),
+                estimates.gyroscopic_ratio.as_dvec3(),
+            ),
+        }
+    }
+}
+
+/// The part of V that position, velocity, attitude and rate make up.
+fn state_part(p: &Parameters, evaluation: &Evaluation) -> f64 {
+    let error = evaluation.attitude_error;
+    // 1 - eta = |eps|^2/(1 + eta) keeps its digits near the identity.
+    let attitude =
+        if error.w > 0.0 { error.xyz().length_squared() / (1.0 + error.w) } else { 1.0 - error.w };
+    let rate = evaluation.rate_error;
+    p.c * evaluation.translation.potential + 2.0 * attitude + 0.5 * rate.dot(p.rate_weight() * rate)
+}
+
+/// The part of V that the estimates make up.
+fn parameter_part(p: &Parameters, evaluation: &Evaluation, ratio: DVec3) -> f64 {
+    let over = |square: f64, gamma: f64| if gamma > 0.0 { 0.5 * square / gamma } else { 0.0 };
+    let mass = over(evaluation.inverse_mass_error.powi(2), p.gamma1);
+    let inertia = over(evaluation.inertia_error.length_squared(), p.gamma2);
+    let ratio = p.saturated.map_or(0.0, |saturated| {
+        over((saturated.gyroscopic_ratio - ratio).length_squared(), saturated.gamma3)
+    });
+    p.c * mass + inertia + ratio
+}
+
+/// The update laws (14), (35), (51), (52) over one tick, before projection.
+fn increments(p: &Parameters, evaluation: &Evaluation, sample: &Sample) -> Increments {
+    let (w, w_e) = (sample.truth.rate_body, evaluation.rate_error);
+    let thrust = evaluation.translation.alpha.length();
+    let body_z = sample.truth.attitude * DVec3::Z;
+    let inverse_mass = p.dt * p.gamma1 * thrust * evaluation.translation.g.dot(body_z);
+    let (inertia, gyroscopic_ratio) = match p.saturated {
+        None => {
+            // Y^T w_e = -w * (w x w_e) + mu' * w_e, element-wise.
+            let mu_dot = sample.intermediates.mu_dot.as_dvec3();
+            (-p.dt * p.gamma2 * (mu_dot * w_e - w * w.cross(w_e)), DVec3::ZERO)
+        }
+        Some(saturated) => {
+            let torque = sample.output.wrench.torque_body.as_dvec3();
+            let products = DVec3::new(w.y * w.z, w.x * w.z, w.x * w.y);
+            (p.dt * p.gamma2 * torque * w_e, p.dt * saturated.gamma3 * products * w_e)
+        }
+    };
+    Increments { inverse_mass, inertia, gyroscopic_ratio }
+}
+
+impl Parameters {
+    /// What weighs `w_e` in V: `J` for controller 1, the identity for controller 2.
+    pub(super) fn rate_weight(&self) -> DVec3 {
+        if self.saturated.is_some() { DVec3::ONE } else { self.inertia }
+    }
+
+    /// What `a_hat` or `theta_hat` estimates.
+    fn inertia_parameter(&self) -> DVec3 {
+        self.saturated.map_or(self.inertia, |saturated| saturated.inverse_inertia)
+    }
+}

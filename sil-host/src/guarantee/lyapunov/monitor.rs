@@ -1,0 +1,113 @@
+//! The guarantee on V: it obeys the balance at every tick, and falls outside its ultimate set.
+
+use super::balance::{Balance, balance};
+use super::function::{Evaluation, Evaluator, OUTSIDE_THE_PROOF};
+use crate::guarantee::verdict::{Extreme, Requirement, Verdict};
+use crate::guarantee::{GuaranteeConfig, Monitor};
+use crate::plant::PlantParameters;
+use crate::sample::Sample;
+use crate::scenario::ControllerConfig;
+
+/// Watches V over a flight.
+#[derive(Clone, Debug)]
+pub struct LyapunovMonitor {
+    evaluator: Evaluator,
+    window_length: f64,
+    previous: Option<(Sample, Evaluation)>,
+    window: Window,
+    excess: Extreme,
+    rise: Extreme,
+    model: Extreme,
+    start: Extreme,
+    latest: Extreme,
+    left_out: Extreme,
+}
+
+/// Sums over one window.
+#[derive(Clone, Copy, Debug, Default)]
+struct Window {
+    start: f64,
+    value: f64,
+    duration: f64,
+    /// Sum of `dt (W - rho) - A`: positive when V must have fallen.
+    surplus: f64,
+}
+
+impl LyapunovMonitor {
+    /// For `law` on the vehicle with the true `parameters`.
+    #[must_use]
+    pub fn new(
+        config: &GuaranteeConfig,
+        law: &ControllerConfig,
+        parameters: &PlantParameters,
+    ) -> Self {
+        let none = Extreme::default();
+        Self {
+            evaluator: Evaluator::new(law, parameters),
+            window_length: config.lyapunov_window,
+            previous: None,
+            window: Window::default(),
+            excess: none,
+            rise: none,
+            model: none,
+            start: none,
+            latest: none,
+            left_out: Extreme::at(0.0, 0.0),
+        }
+    }
+
+    fn tick(&mut self, balance: &Balance, sample: &Sample, evaluation: &Evaluation) {
+        let dt = self.evaluator.parameters.dt;
+        self.excess.highest(balance.excess(dt), sample.time);
+        self.model.highest(balance.model, sample.time);
+        let window = &mut self.window;
+        if window.duration == 0.0 {
+            window.start = evaluation.value - balance.change;
+        }
+        window.duration += dt;
+        window.surplus += dt * (balance.decrease - balance.perturbation()) - balance.allowance;
+        window.value = evaluation.value;
+        if window.duration >= self.window_length {
+            if window.surplus > 0.0 {
+                self.rise.highest(window.value - window.start, sample.time);
+            }
+            self.window = Window::default();
+        }
+    }
+}
+
+impl Monitor for LyapunovMonitor {
+    fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
+        if let Some((before, earlier)) = self.previous {
+            if before.output.status.intersects(OUTSIDE_THE_PROOF) {
+                let count = self.left_out.value().unwrap_or(0.0) + 1.0;
+                self.left_out = Extreme::at(count, sample.time);
+                self.window = Window::default();
+            } else {
+                let parameters = &self.evaluator.parameters;
+                let balance = balance(parameters, (&before, &earlier), (sample, evaluation));
+                self.tick(&balance, sample, evaluation);
+            }
+        } else {
+            self.start = Extreme::at(evaluation.value, sample.time);
+        }
+        self.latest = Extreme::at(evaluation.value, sample.time);
+        self.previous = Some((*sample, *evaluation));
+    }
+
+    fn verdicts(&self) -> Vec<Verdict> {
+        let info = Requirement::Information;
+        let zero = Requirement::AtMost(0.0);
+        let row = |name, unit, requirement, extreme| {
+            Verdict::new((name, "(36), (53)", unit), requirement, extreme)
+        };
+        vec![
+            row("V rises beyond its balance, at worst", "1/s", zero, self.excess),
+            row("V rises over a window outside its ultimate set", "-", zero, self.rise),
+            row("V at the start", "-", info, self.start),
+            row("V at the end", "-", info, self.latest),
+            row("perturbation of V' by the model-based v', peak", "1/s", info, self.model),
+            row("ticks that the balance leaves out", "ticks", info, self.left_out),
+        ]
+    }
+}

@@ -1,0 +1,111 @@
+//! Gains and bounds of a law in `f64`, and the truth that it does not know.
+
+use glam::DVec3;
+
+use crate::plant::PlantParameters;
+use crate::scenario::ControllerConfig;
+
+/// What the Lyapunov function of one law on one vehicle is made of; symbols as in the theory.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parameters {
+    pub dt: f64,
+    pub k1: f64,
+    pub k2: f64,
+    pub k3: f64,
+    pub k4: f64,
+    pub c: f64,
+    pub m1: f64,
+    pub m2: f64,
+    pub d1: f64,
+    pub d2: f64,
+    pub gamma1: f64,
+    pub gamma2: f64,
+    pub delta_1: f64,
+    pub delta_min_translation: f64,
+    pub delta_min_rotation: f64,
+    /// `[1/m_hi, 1/m_lo]`.
+    pub inverse_mass_set: (f64, f64),
+    /// `1/m`.
+    pub inverse_mass: f64,
+    /// `J`.
+    pub inertia: DVec3,
+    /// What only controller 2 has.
+    pub saturated: Option<SaturatedParameters>,
+    /// `[J_lo, J_hi]`.
+    pub inertia_set: (f64, f64),
+}
+
+/// Parameters of controller 2 alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SaturatedParameters {
+    pub gamma3: f64,
+    /// `theta = 1/J`.
+    pub inverse_inertia: DVec3,
+    /// `Pi`.
+    pub gyroscopic_ratio: DVec3,
+}
+
+impl Parameters {
+    pub fn new(law: &ControllerConfig, truth: &PlantParameters) -> Self {
+        let (cascade, uncertainty) = (law.cascade(), law.uncertainty());
+        let (k4, gamma2) = match law {
+            ControllerConfig::RobustAdaptive(config) => (config.k4, config.gamma2),
+            ControllerConfig::Saturated(config) => (config.k4, config.gamma2),
+        };
+        let (m_lo, m_hi) = (uncertainty.mass.lower, uncertainty.mass.upper);
+        Self {
+            dt: law.step_period().into(),
+            k1: cascade.k1.into(),
+            k2: cascade.k2.into(),
+            k3: cascade.k3.into(),
+            k4: k4.into(),
+            c: cascade.c.into(),
+            m1: cascade.m1.into(),
+            m2: cascade.m2.into(),
+            d1: uncertainty.disturbance_acceleration.into(),
+            d2: uncertainty.disturbance_torque.into(),
+            gamma1: cascade.gamma1.into(),
+            gamma2: gamma2.into(),
+            delta_1: cascade.delta_1.into(),
+            delta_min_translation: cascade.delta_min_translation.into(),
+            delta_min_rotation: cascade.delta_min_rotation.into(),
+            inverse_mass_set: (1.0 / f64::from(m_hi), 1.0 / f64::from(m_lo)),
+            inverse_mass: 1.0 / truth.mass,
+            inertia: truth.inertia,
+            saturated: SaturatedParameters::new(law, truth.inertia),
+            inertia_set: (uncertainty.inertia.lower.into(), uncertainty.inertia.upper.into()),
+        }
+    }
+
+    /// Smoothing width (17) over the floor `minimum`, after `ticks`.
+    pub fn width(&self, ticks: u64, minimum: f64) -> Width {
+        let ticks = ticks as f64;
+        let decayed = (-2.0 * self.delta_1 * ticks * self.dt).exp();
+        let square = decayed + minimum * minimum;
+        // The core multiplies `decayed` down in f32, half a digit's error a tick; d h/d ln delta is
+        // at most 2/(3 sqrt 3).
+        let drift = 0.5 * ticks * 0.5 * f64::from(f32::EPSILON) * decayed / square;
+        Width { value: square.sqrt(), sign_error: drift.min(1.0) * 2.0 / 27f64.sqrt() }
+    }
+}
+
+/// Width of a smooth sign.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Width {
+    /// `delta`.
+    pub value: f64,
+    /// By how much `h` with the core's own width may differ.
+    pub sign_error: f64,
+}
+
+impl SaturatedParameters {
+    fn new(law: &ControllerConfig, inertia: DVec3) -> Option<Self> {
+        let ControllerConfig::Saturated(config) = law else { return None };
+        let DVec3 { x, y, z } = inertia;
+        Some(Self {
+            gamma3: config.gamma3.into(),
+            inverse_inertia: inertia.recip(),
+            gyroscopic_ratio: DVec3::new((y - z) / x, (z - x) / y, (x - y) / z),
+        })
+    }
+}

@@ -1,0 +1,27 @@
+//! No step of the controller reports a fault.
+
+use ctrl_core::controller::StepStatus;
+
+use super::Monitor;
+use super::lyapunov::Evaluation;
+use super::verdict::{Extreme, Requirement, Verdict};
+use crate::sample::Sample;
+
+/// Counts the steps with a flag of [`StepStatus::FAULT`]; none is allowed.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Faults {
+    count: u64,
+    latest: Extreme,
+}
+
+impl Monitor for Faults {
+    fn observe(&mut self, sample: &Sample, _: &Evaluation) {
+        self.count += u64::from(sample.output.status.intersects(StepStatus::FAULT));
+        self.latest.highest(self.count as f64, sample.time);
+    }
+
+    fn verdicts(&self) -> Vec<Verdict> {
+        let row = ("steps with a fault", "-", "steps");
+        vec![Verdict::new(row, Requirement::AtMost(0.0), self.latest)]
+    }
+}

@@ -1,0 +1,167 @@
+//! One row of the guarantee table, and the extremes that rows are made of.
+
+use serde::Serialize;
+
+/// What the observed extreme must satisfy.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Requirement {
+    /// Never below.
+    AtLeast(f64),
+    /// Never above.
+    AtMost(f64),
+    /// Always inside the closed interval.
+    Inside(f64, f64),
+    /// No bound is promised; the number is shown for the reader.
+    Information,
+}
+
+impl Requirement {
+    /// Distance of `observed` from the bound, positive on the good side; none without a bound.
+    #[must_use]
+    pub fn margin(self, observed: f64) -> Option<f64> {
+        match self {
+            Self::AtLeast(bound) => Some(observed - bound),
+            Self::AtMost(bound) => Some(bound - observed),
+            Self::Inside(lower, upper) => Some((observed - lower).min(upper - observed)),
+            Self::Information => None,
+        }
+    }
+}
+
+/// The outcome of one guarantee over a flight.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verdict {
+    /// What is guaranteed.
+    pub name: &'static str,
+    /// Its equation in the paper, or where it is derived.
+    pub equation: &'static str,
+    /// The bound.
+    pub requirement: Requirement,
+    /// The value that came closest to the bound, or broke it furthest; none if never observed.
+    pub observed: Option<f64>,
+    /// Distance of `observed` from the bound, positive on the good side.
+    pub margin: Option<f64>,
+    /// Unit of `requirement`, `observed` and `margin`.
+    pub unit: &'static str,
+    /// When `observed` occurred [s].
+    pub time: Option<f64>,
+    /// Whether the guarantee holds; rows of information always pass.
+    pub pass: bool,
+}
+
+impl Verdict {
+    /// A row; passes when the margin is not negative. Nothing observed, or NaN, fails.
+    #[must_use]
+    pub fn new(
+        (name, equation, unit): (&'static str, &'static str, &'static str),
+        requirement: Requirement,
+        extreme: Extreme,
+    ) -> Self {
+        let margin = extreme.value().and_then(|observed| requirement.margin(observed));
+        Self {
+            name,
+            equation,
+            requirement,
+            observed: extreme.value(),
+            margin,
+            unit,
+            time: extreme.time(),
+            pass: requirement == Requirement::Information || margin.is_some_and(|m| m >= 0.0),
+        }
+    }
+}
+
+/// The most extreme value seen so far and when; NaN is more extreme than any number.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Extreme(Option<(f64, f64)>);
+
+impl Extreme {
+    /// A single observation.
+    #[must_use]
+    pub fn at(value: f64, time: f64) -> Self {
+        Self(Some((value, time)))
+    }
+
+    /// Keeps `value` at `time` if `worse(value, kept)`.
+    fn keep(&mut self, value: f64, time: f64, worse: impl FnOnce(f64, f64) -> bool) {
+        let replace = match self.0 {
+            None => true,
+            Some((kept, _)) => !kept.is_nan() && (value.is_nan() || worse(value, kept)),
+        };
+        if replace {
+            self.0 = Some((value, time));
+        }
+    }
+
+    /// Keeps the highest.
+    #[inline]
+    pub fn highest(&mut self, value: f64, time: f64) {
+        self.keep(value, time, |new, kept| new > kept);
+    }
+
+    /// Keeps the lowest.
+    #[inline]
+    pub fn lowest(&mut self, value: f64, time: f64) {
+        self.keep(value, time, |new, kept| new < kept);
+    }
+
+    /// Keeps the value with the least margin to `requirement`.
+    #[inline]
+    pub fn tightest(&mut self, value: f64, time: f64, requirement: Requirement) {
+        self.keep(value, time, |new, kept| requirement.margin(new) < requirement.margin(kept));
+    }
+
+    /// The value, if any was observed.
+    #[must_use]
+    pub fn value(self) -> Option<f64> {
+        self.0.map(|(value, _)| value)
+    }
+
+    /// Its time [s].
+    #[must_use]
+    pub fn time(self) -> Option<f64> {
+        self.0.map(|(_, time)| time)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn extreme(value: f64) -> Extreme {
+        let mut extreme = Extreme::default();
+        extreme.highest(value, 1.0);
+        extreme
+    }
+
+    #[test]
+    fn a_bound_passes_with_no_margin_and_fails_just_beyond() {
+        let row = |x| Verdict::new(("a", "(1)", "m"), Requirement::AtMost(2.0), extreme(x));
+        assert!(row(2.0).pass);
+        assert!(!row(2.0 + f64::EPSILON * 2.0).pass);
+        let row = |x| Verdict::new(("a", "(1)", "m"), Requirement::Inside(-1.0, 2.0), extreme(x));
+        assert!(row(-1.0).pass);
+        assert!(!row(-1.1).pass);
+        assert_eq!(row(1.5).margin, Some(0.5));
+    }
+
+    #[test]
+    fn nothing_observed_and_nan_fail() {
+        let bound = Requirement::AtMost(2.0);
+        assert!(!Verdict::new(("a", "(1)", "m"), bound, Extreme::default()).pass);
+        let mut seen = extreme(f64::NAN);
+        seen.highest(1.0, 2.0);
+        assert!(!Verdict::new(("a", "(1)", "m"), bound, seen).pass);
+    }
+
+    #[test]
+    fn the_tightest_value_is_the_one_closest_to_an_end() {
+        let bound = Requirement::Inside(0.0, 10.0);
+        let mut seen = Extreme::default();
+        for (time, value) in [5.0, 9.0, 2.0, 3.0].into_iter().enumerate() {
+            seen.tightest(value, time as f64, bound);
+        }
+        assert_eq!((seen.value(), seen.time()), (Some(9.0), Some(1.0)));
+    }
+}

@@ -1,0 +1,89 @@
+//! Thrust (19), (20), (7) and torque (8): the commands that the plant is given.
+
+use super::lyapunov::Evaluation;
+use super::verdict::{Extreme, Requirement, Verdict};
+use super::{Monitor, ROUNDING};
+use crate::sample::Sample;
+use crate::scenario::ControllerConfig;
+
+/// The thrust stays positive, above (19), below (20), and below `M_f` where there is one.
+#[derive(Clone, Copy, Debug)]
+pub struct Thrust {
+    lower: f64,
+    upper: f64,
+    limit: Option<f64>,
+    lowest: Extreme,
+    highest: Extreme,
+}
+
+impl Thrust {
+    /// With the bounds of `law`.
+    #[must_use]
+    pub fn new(law: &ControllerConfig) -> Self {
+        Self {
+            lower: law.thrust_lower_bound() * (1.0 - ROUNDING),
+            upper: law.thrust_upper_bound() * (1.0 + ROUNDING),
+            limit: law.thrust_max(),
+            lowest: Extreme::default(),
+            highest: Extreme::default(),
+        }
+    }
+}
+
+impl Monitor for Thrust {
+    fn observe(&mut self, sample: &Sample, _: &Evaluation) {
+        let thrust = f64::from(sample.output.wrench.thrust);
+        self.lowest.lowest(thrust, sample.time);
+        self.highest.highest(thrust, sample.time);
+    }
+
+    fn verdicts(&self) -> Vec<Verdict> {
+        let at_most = Requirement::AtMost;
+        let mut rows = vec![
+            Verdict::new(
+                ("thrust, lowest", "(19)", "N"),
+                Requirement::AtLeast(self.lower.max(f64::MIN_POSITIVE)),
+                self.lowest,
+            ),
+            Verdict::new(("thrust, highest", "(20)", "N"), at_most(self.upper), self.highest),
+        ];
+        rows.extend(self.limit.map(|limit| {
+            Verdict::new(("thrust, highest, against M_f", "(7)", "N"), at_most(limit), self.highest)
+        }));
+        rows
+    }
+}
+
+/// Each torque component stays inside `M_tau`; without such a limit the peak is reported.
+#[derive(Clone, Copy, Debug)]
+pub struct Torque {
+    limit: Option<f64>,
+    peaks: [Extreme; 3],
+}
+
+impl Torque {
+    /// With the limit of `law`.
+    #[must_use]
+    pub fn new(law: &ControllerConfig) -> Self {
+        Self { limit: law.torque_max(), peaks: [Extreme::default(); 3] }
+    }
+}
+
+impl Monitor for Torque {
+    fn observe(&mut self, sample: &Sample, _: &Evaluation) {
+        let torque = sample.output.wrench.torque_body.to_array();
+        for (peak, component) in self.peaks.iter_mut().zip(torque) {
+            peak.highest(f64::from(component.abs()), sample.time);
+        }
+    }
+
+    fn verdicts(&self) -> Vec<Verdict> {
+        let (requirement, equation) = match self.limit {
+            Some(limit) => (Requirement::AtMost(limit), "(8)"),
+            None => (Requirement::Information, "(34)"),
+        };
+        let names = ["torque about x, peak", "torque about y, peak", "torque about z, peak"];
+        let row = |(name, peak)| Verdict::new((name, equation, "N m"), requirement, peak);
+        names.into_iter().zip(self.peaks).map(row).collect()
+    }
+}

@@ -1,0 +1,141 @@
+//! What disturbs the vehicle: the sum of any of a constant push, uniform noise, a sinusoid and
+//! gusts, each seeded on its own, so that adding one does not change another.
+
+mod gust;
+mod noise;
+mod sinusoid;
+
+pub use gust::Gust;
+pub use noise::Noise;
+pub use sinusoid::Sinusoid;
+
+use glam::DVec3;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use serde::{Deserialize, Serialize};
+
+use super::Disturbance;
+use gust::GustProcess;
+use noise::NoiseProcess;
+use sinusoid::SinusoidProcess;
+
+/// Which disturbances act; an absent one does not, and a scenario without any is calm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DisturbanceConfig {
+    /// The same at every tick.
+    pub constant: Option<Constant>,
+    /// Drawn anew at every tick.
+    pub noise: Option<Noise>,
+    /// Periodic.
+    pub sinusoid: Option<Sinusoid>,
+    /// Steps.
+    pub gust: Option<Gust>,
+}
+
+/// A constant push, as of steady wind or a displaced centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Constant {
+    /// World frame [m/s^2].
+    pub acceleration: DVec3,
+    /// Body axes [N m].
+    pub torque: DVec3,
+}
+
+impl DisturbanceConfig {
+    /// Bounds of each component of `d1` [m/s^2] and `d2` [N m], over all time and seeds.
+    #[must_use]
+    pub fn bounds(&self) -> (f64, f64) {
+        let mut bound = Disturbance::default();
+        let mut add = |acceleration: DVec3, torque: DVec3| {
+            bound.acceleration_world += acceleration.abs();
+            bound.torque_body += torque.abs();
+        };
+        if let Some(constant) = self.constant {
+            add(constant.acceleration, constant.torque);
+        }
+        if let Some(noise) = self.noise {
+            add(DVec3::splat(noise.acceleration), DVec3::splat(noise.torque));
+        }
+        if let Some(sinusoid) = self.sinusoid {
+            add(sinusoid.acceleration, sinusoid.torque);
+        }
+        if let Some(gust) = self.gust {
+            add(DVec3::splat(gust.acceleration), DVec3::splat(gust.torque));
+        }
+        (bound.acceleration_world.max_element(), bound.torque_body.max_element())
+    }
+}
+
+/// The disturbance, tick by tick.
+#[derive(Clone, Debug)]
+pub struct DisturbanceProcess {
+    constant: Disturbance,
+    noise: Option<NoiseProcess>,
+    sinusoid: Option<SinusoidProcess>,
+    gust: Option<GustProcess>,
+}
+
+impl DisturbanceProcess {
+    /// Starts at tick zero; `step_period` [s].
+    #[must_use]
+    pub fn new(config: &DisturbanceConfig, seed: u64, step_period: f64) -> Self {
+        Self {
+            constant: config.constant.map_or_else(Disturbance::default, |constant| Disturbance {
+                acceleration_world: constant.acceleration,
+                torque_body: constant.torque,
+            }),
+            noise: config.noise.map(|noise| NoiseProcess::new(&noise, stream(seed, 0))),
+            sinusoid: config.sinusoid.map(|wave| SinusoidProcess::new(&wave, step_period)),
+            gust: config.gust.map(|gust| GustProcess::new(&gust, step_period, stream(seed, 1))),
+        }
+    }
+
+    /// What acts from now to the next tick; moves on by one tick.
+    #[inline]
+    pub fn advance(&mut self) -> Disturbance {
+        let mut sum = self.constant;
+        if let Some(noise) = &mut self.noise {
+            sum += noise.advance();
+        }
+        if let Some(sinusoid) = &mut self.sinusoid {
+            sum += sinusoid.advance();
+        }
+        if let Some(gust) = &mut self.gust {
+            sum += gust.advance();
+        }
+        sum
+    }
+}
+
+impl core::ops::AddAssign for Disturbance {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        self.acceleration_world += other.acceleration_world;
+        self.torque_body += other.torque_body;
+    }
+}
+
+/// Random numbers of one effect: non-overlapping streams (2^128 apart) of one seed.
+fn stream(seed: u64, effect: u32) -> Xoshiro256PlusPlus {
+    let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
+    for _ in 0..effect {
+        generator.jump();
+    }
+    generator
+}
+
+/// Each component uniform in `[-1, 1)`, on the grid that 32 bits give: one draw serves two.
+///
+/// Written out instead of taken from `rand`, whose sampling may change between versions.
+#[inline]
+fn uniform_pair(generator: &mut Xoshiro256PlusPlus) -> (DVec3, DVec3) {
+    const SCALE: f64 = 1.0 / (1u64 << 31) as f64;
+    let mut two = || {
+        let bits = generator.next_u64();
+        (f64::from(bits as u32 as i32) * SCALE, f64::from((bits >> 32) as u32 as i32) * SCALE)
+    };
+    let ((x, y), (z, u), (v, w)) = (two(), two(), two());
+    (DVec3::new(x, y, z), DVec3::new(u, v, w))
+}

@@ -1,0 +1,54 @@
+//! The simulated vehicle: truth in `f64`, from which the controller's `f32` state is rounded.
+//!
+//! A file a physical effect: [`rigid_body`] moves the vehicle, [`disturbance`] pushes it.
+
+pub mod disturbance;
+pub mod rigid_body;
+
+use ctrl_core::vehicle::VehicleState;
+use glam::{DQuat, DVec3};
+
+/// Truth of the vehicle at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlantState {
+    /// `p`: position of the centre of mass in the world frame [m].
+    pub position_world: DVec3,
+    /// `v`: velocity of the centre of mass in the world frame [m/s].
+    pub velocity_world: DVec3,
+    /// `q`: unit quaternion that takes body to world coordinates.
+    pub attitude: DQuat,
+    /// `w`: angular velocity in body axes [rad/s].
+    pub rate_body: DVec3,
+}
+
+impl PlantState {
+    /// What the controller is given: the truth, rounded to `f32`.
+    #[inline]
+    #[must_use]
+    pub fn measured(&self) -> VehicleState {
+        VehicleState {
+            position_world: self.position_world.as_vec3(),
+            velocity_world: self.velocity_world.as_vec3(),
+            attitude: self.attitude.as_quat(),
+            rate_body: self.rate_body.as_vec3(),
+        }
+    }
+}
+
+/// True parameters of the vehicle, unknown to the controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlantParameters {
+    /// `m`: mass [kg].
+    pub mass: f64,
+    /// `J`: principal moments of inertia [kg m^2].
+    pub inertia: DVec3,
+}
+
+/// What disturbs the vehicle, held over one control tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Disturbance {
+    /// `d1`: acceleration in the world frame [m/s^2].
+    pub acceleration_world: DVec3,
+    /// `d2`: torque in body axes [N m].
+    pub torque_body: DVec3,
+}

@@ -1,0 +1,110 @@
+//! `run`: flies scenarios, checks their guarantees and writes their results.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use crate::cli::RunArguments;
+use crate::closed_loop::Observer;
+use crate::guarantee::Guarantees;
+use crate::guarantee::lyapunov::Evaluator;
+use crate::progress::Progress;
+use crate::report::{self, Outcome};
+use crate::sample::Sample;
+use crate::scenario::{LoadedScenario, ScenarioError};
+
+/// Updates of the progress display in a flight.
+const UPDATES: u64 = 100;
+
+/// Why a run could not be completed.
+#[derive(Clone, Debug)]
+pub enum RunError {
+    /// A scenario cannot be read or flown.
+    Scenario(ScenarioError),
+    /// Results cannot be written: where, and why.
+    Output(PathBuf, String),
+}
+
+impl fmt::Display for RunError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Scenario(error) => error.fmt(out),
+            Self::Output(path, error) => write!(out, "{}: {error}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for RunError {}
+
+impl From<ScenarioError> for RunError {
+    fn from(error: ScenarioError) -> Self {
+        Self::Scenario(error)
+    }
+}
+
+/// Flies every scenario and prints what came out; whether every guarantee held.
+///
+/// # Errors
+/// All scenarios are read before the first is flown. See [`RunError`].
+pub fn run(arguments: &RunArguments) -> Result<bool, RunError> {
+    let changes = arguments.changes();
+    let scenarios = arguments
+        .scenarios()
+        .iter()
+        .map(|name| LoadedScenario::open(name, &changes))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut outcomes = Vec::with_capacity(scenarios.len());
+    for scenario in &scenarios {
+        let outcome = fly(scenario, arguments)?;
+        if !arguments.json {
+            print!("{}", report::table(&outcome, arguments.quiet));
+        }
+        outcomes.push(outcome);
+    }
+    if arguments.json {
+        println!("{}", report::json(&outcomes));
+    }
+    Ok(outcomes.iter().all(Outcome::passed))
+}
+
+/// Everything that watches a flight.
+struct Watch {
+    evaluator: Evaluator,
+    guarantees: Guarantees,
+}
+
+impl Observer for Watch {
+    fn observe(&mut self, sample: &Sample) {
+        let evaluation = self.evaluator.evaluate(sample);
+        self.guarantees.observe(sample, &evaluation);
+    }
+}
+
+fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, RunError> {
+    let scenario = loaded.scenario();
+    let parameters = scenario.vehicle.into();
+    let mut watch = Watch {
+        evaluator: Evaluator::new(&scenario.controller, &parameters),
+        guarantees: Guarantees::new(&scenario.guarantees, &scenario.controller, &parameters),
+    };
+    let mut flight = loaded.flight()?;
+    let ticks = scenario.ticks();
+    let progress = Progress::new(&scenario.name, ticks, scenario.duration, arguments.quiet);
+    progress.message("flying");
+    let chunk = ticks.div_ceil(UPDATES).max(1);
+    let mut flown = 0;
+    while flown < ticks {
+        let now = chunk.min(ticks - flown);
+        flight.advance(now, &mut watch);
+        flown += now;
+        progress.advance(now);
+    }
+    Ok(Outcome {
+        name: scenario.name.clone(),
+        description: scenario.description.clone(),
+        broken_assumptions: scenario.broken_assumptions(),
+        verdicts: watch.guarantees.verdicts(),
+        flight_time: scenario.duration,
+        wall_time: progress.finish().as_secs_f64(),
+        directory: arguments.out.join(&scenario.name),
+    })
+}

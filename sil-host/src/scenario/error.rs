@@ -1,0 +1,70 @@
+//! The error of reading a scenario: where, which key, what is wrong, what may be meant.
+
+use std::fmt;
+
+/// Why a scenario cannot be flown. `Display` puts it on one line: `file:line: key: message`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ScenarioError {
+    /// Where the fault is.
+    pub origin: Origin,
+    /// Dotted path of the key; empty when the fault belongs to no key.
+    pub key: String,
+    /// What is wrong.
+    pub message: String,
+}
+
+/// Where a fault was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// In a file or built-in scenario, at a line counted from one where one is known.
+    File {
+        /// Path of the file, or name of the built-in scenario.
+        name: String,
+        /// Line, counted from one.
+        line: Option<usize>,
+    },
+    /// In a change of a value on the command line: `path=value`.
+    Override(String),
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File { name, line: Some(line) } => write!(out, "{name}:{line}"),
+            Self::File { name, line: None } => out.write_str(name),
+            Self::Override(change) => write!(out, "--set {change}"),
+        }
+    }
+}
+
+impl fmt::Display for ScenarioError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{}: ", self.origin)?;
+        if !self.key.is_empty() {
+            write!(out, "{}: ", self.key)?;
+        }
+        out.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for ScenarioError {}
+
+/// A deserializer's message with what the writer may have meant.
+pub(super) fn with_hint(message: &str) -> String {
+    let message = message.replace('\n', ", ");
+    if message.starts_with("unknown field") || message.starts_with("unknown variant") {
+        let mut quoted = message.split('`').skip(1).step_by(2);
+        let unknown = quoted.next().unwrap_or_default();
+        let nearest = quoted
+            .map(|known| (strsim::jaro_winkler(unknown, known), known))
+            .filter(|(likeness, _)| *likeness > 0.75)
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, known)) = nearest {
+            return format!("{message}; did you mean `{known}`?");
+        }
+    }
+    if message.starts_with("invalid type: string") && message.contains("expected f") {
+        return format!("{message}; write a number alone, in the unit that the comments give");
+    }
+    message
+}

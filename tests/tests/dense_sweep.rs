@@ -1,0 +1,27 @@
+//! The core's single step against the transcription, over thousands of random steps whose inputs
+//! are exact in `f32`: what is left is the core's own arithmetic.
+
+use system_tests::accuracy::Accuracy;
+use system_tests::random::{Source, Step};
+use system_tests::single_precision::observe;
+use system_tests::transcription::Law;
+
+const STEPS_PER_LAW: usize = 5000;
+
+#[test]
+fn core_agrees_with_the_transcription() {
+    let mut accuracy = Accuracy::documented("Dense sweep");
+    for (law, seed) in [(Law::RobustAdaptive, 1), (Law::Saturated, 2)] {
+        let mut source = Source::new(seed);
+        for index in 0..STEPS_PER_LAW {
+            let Step { gains, truth, reference, memory, elapsed } = source.step(law);
+            let expected = law.evaluate(&gains, &truth, &reference, &memory).quantities;
+            let (_, seen) = observe(law, &gains, &truth, &reference, &memory, elapsed, 1e-4)
+                .unwrap_or_else(|error| panic!("{law:?}, step {index}: {error}"));
+            for (name, expected) in &expected {
+                accuracy.compare(name, &seen[name], expected);
+            }
+        }
+    }
+    accuracy.check();
+}

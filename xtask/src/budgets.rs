@@ -1,0 +1,109 @@
+//! `cargo xtask budgets`: what was measured against what `budgets.toml` allows.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result, ensure};
+use serde::Deserialize;
+
+use crate::cycles::CLOCK;
+use crate::measurement::{Measurement, prepare};
+use crate::step_image::CONTROLLERS;
+
+const FILE: &str = "budgets.toml";
+/// Steps a second that shares of the period refer to.
+const RATE: f64 = 1000.0;
+
+/// The checked-in limits.
+#[derive(Deserialize)]
+struct Budgets {
+    /// How far a limit may lie above what is measured, as a part of the limit.
+    slack: f64,
+    /// Limits by what they limit, then by quantity.
+    limits: BTreeMap<String, BTreeMap<String, f64>>,
+}
+
+/// One measured quantity.
+struct Row {
+    subject: &'static str,
+    quantity: &'static str,
+    unit: &'static str,
+    value: f64,
+}
+
+/// Measures everything, prints the tables and judges.
+pub fn check() -> Result<()> {
+    let text = std::fs::read_to_string(FILE).context(FILE)?;
+    let budgets: Budgets = toml::from_str(&text).context(FILE)?;
+    prepare()?;
+    let mut rows = Vec::new();
+    for controller in CONTROLLERS {
+        let measurement = Measurement::take(controller)?;
+        print_cases(controller, &measurement);
+        rows.extend(controller_rows(controller, &measurement));
+    }
+    judge(&budgets, &rows)
+}
+
+fn print_cases(controller: &str, measurement: &Measurement) {
+    println!("\n{controller}: instructions a control step, exact, from the emulator");
+    println!(
+        "{:<28} {:>6} {:>6} {:>8} {:>6} {:>9}",
+        "flight", "steps", "min", "mean", "max", "cycles~"
+    );
+    for case in &measurement.cases {
+        let (min, mean, max) = case.instructions;
+        let (name, steps, cycles) = (&case.name, case.steps, case.cycles);
+        println!("{name:<28} {steps:>6} {min:>6} {mean:>8.1} {max:>6} {cycles:>9.0}");
+    }
+    let Measurement { stack, painted_stack, .. } = measurement;
+    println!("stack: {stack} B from the call graph, {painted_stack} B seen in painted memory");
+}
+
+/// Means are those of the paper's scenario, maxima those of all flights.
+fn controller_rows(subject: &'static str, measurement: &Measurement) -> Vec<Row> {
+    let Measurement { cases, flash, ram, stack, .. } = measurement;
+    let paper = cases.iter().find(|case| case.name == "paper").unwrap_or(&cases[0]);
+    let max = cases.iter().map(|case| case.instructions.2).max().unwrap_or(0);
+    // The slowest step is taken to have the paper's mix of instructions.
+    let cycles_max = paper.cycles / paper.instructions.1 * max as f64;
+    let share = 100.0 * cycles_max * RATE / CLOCK;
+    [
+        ("instructions_mean", "", paper.instructions.1),
+        ("instructions_max", "", max as f64),
+        ("cycles_max_estimate", "", cycles_max),
+        ("period_share_estimate", "%", share),
+        ("flash", "B", *flash as f64),
+        ("ram", "B", *ram as f64),
+        ("stack", "B", *stack as f64),
+    ]
+    .map(|(quantity, unit, value)| Row { subject, quantity, unit, value })
+    .into()
+}
+
+fn judge(budgets: &Budgets, rows: &[Row]) -> Result<()> {
+    println!(
+        "\n{:<16} {:<24} {:>10} {:>10} {:>7}  verdict",
+        "subject", "quantity", "measured", "limit", "slack"
+    );
+    let mut bad = 0;
+    for Row { subject, quantity, unit, value } in rows {
+        let limit = budgets.limits.get(*subject).and_then(|limits| limits.get(*quantity));
+        let slack = limit.map(|limit| (limit - value) / limit);
+        let verdict = match slack {
+            None => "NO LIMIT in budgets.toml",
+            Some(slack) if slack < 0.0 => "EXCEEDED",
+            Some(slack) if slack > budgets.slack => "SLACK: lower the limit",
+            Some(_) => "ok",
+        };
+        bad += usize::from(verdict != "ok");
+        let limit = limit.map_or("-".into(), |limit| format!("{limit}"));
+        let slack = slack.map_or("-".into(), |slack| format!("{:.1} %", 100.0 * slack));
+        let value = format!("{value:.1}").replace(".0", "");
+        let name = format!("{quantity}{}{unit}", if unit.is_empty() { "" } else { " " });
+        println!("{subject:<16} {name:<24} {value:>10} {limit:>10} {slack:>7}  {verdict}");
+    }
+    let known: usize = budgets.limits.values().map(BTreeMap::len).sum();
+    ensure!(bad == 0, "{bad} of {} quantities are not within {FILE}", rows.len());
+    ensure!(known == rows.len(), "{FILE} has {known} limits for {} quantities", rows.len());
+    Ok(())
+}

@@ -1,0 +1,104 @@
+//! `cargo xtask ci` and `cargo xtask test`: every check in order, timed.
+
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+
+use crate::shell::{cargo, run};
+use crate::toolchain::{TARGET, set_up};
+use crate::{budgets, machine_code};
+
+/// One thing that must succeed.
+pub struct Check {
+    name: &'static str,
+    run: fn() -> Result<()>,
+}
+
+/// Everything; sets up what is missing first.
+pub const ALL: &[Check] = &[
+    SET_UP,
+    FORMAT,
+    LINT_HOST,
+    Check { name: "clippy, target", run: lint_target },
+    Check { name: "documentation", run: documentation },
+    TESTS,
+    Check { name: "ctrl-core for the target", run: core_for_target },
+    Check { name: "machine code of the steps", run: machine_code::check_all },
+    Check { name: "budgets", run: budgets::check },
+];
+
+/// What to run while working.
+pub const EVERYDAY: &[Check] = &[SET_UP, FORMAT, LINT_HOST, TESTS];
+
+const SET_UP: Check = Check { name: "set-up", run: set_up };
+const FORMAT: Check = Check { name: "format", run: format };
+const LINT_HOST: Check = Check { name: "clippy, host", run: lint_host };
+const TESTS: Check = Check { name: "tests", run: tests };
+
+/// Runs `checks` until one fails, and prints how long each took.
+pub fn run_all(checks: &[Check]) -> Result<()> {
+    let mut times = Vec::new();
+    let mut result = Ok(());
+    for check in checks {
+        println!("\n== {}", check.name);
+        let start = Instant::now();
+        result = (check.run)().with_context(|| format!("the step \"{}\" failed", check.name));
+        times.push((check.name, start.elapsed(), result.is_ok()));
+        if result.is_err() {
+            break;
+        }
+    }
+    print_times(&times, checks.len());
+    result
+}
+
+fn print_times(times: &[(&str, Duration, bool)], planned: usize) {
+    println!("\n{:<28} {:>8}", "step", "seconds");
+    for (name, time, good) in times {
+        let verdict = if *good { "" } else { "  FAILED" };
+        println!("{name:<28} {:>8.1}{verdict}", time.as_secs_f64());
+    }
+    let total: Duration = times.iter().map(|(_, time, _)| time).sum();
+    println!("{:<28} {:>8.1}", "total", total.as_secs_f64());
+    if times.len() < planned {
+        println!("{} steps were not reached", planned - times.len());
+    }
+}
+
+fn format() -> Result<()> {
+    run(&mut cargo(["fmt", "--all", "--check"]))
+}
+
+/// All members but those that build for the target only.
+fn on_host(arguments: &[&'static str]) -> Command {
+    let mut command = cargo(arguments.iter().copied());
+    command.args(["--workspace", "--exclude", "step-image"]);
+    command
+}
+
+fn lint_host() -> Result<()> {
+    run(on_host(&["clippy"]).args(["--all-targets", "--", "-D", "warnings"]))
+}
+
+fn lint_target() -> Result<()> {
+    let lint = |arguments: &[&str]| {
+        let start = ["clippy", "--release", "--target", TARGET];
+        let all = start.iter().chain(arguments).chain(&["--", "-D", "warnings"]);
+        run(&mut cargo(all.copied()))
+    };
+    lint(&["-p", "ctrl-core"])?;
+    lint(&["-p", "step-image"])
+}
+
+fn documentation() -> Result<()> {
+    run(on_host(&["doc"]).args(["--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+fn tests() -> Result<()> {
+    run(&mut on_host(&["test"]))
+}
+
+fn core_for_target() -> Result<()> {
+    run(&mut cargo(["build", "--release", "-p", "ctrl-core", "--target", TARGET]))
+}

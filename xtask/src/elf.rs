@@ -1,0 +1,115 @@
+//! What the checks need from a linked ARM image: functions, stack sizes, section sizes.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use object::{File, Object, ObjectSection, ObjectSymbol, SectionFlags, SymbolKind};
+
+/// One function of the image.
+#[derive(Clone, Debug)]
+pub struct Function {
+    /// Demangled name; of several at one address the first.
+    pub name: String,
+    /// Addresses without the Thumb bit.
+    pub range: Range<u64>,
+}
+
+/// The functions of an image and what is known of their stack.
+pub struct Image {
+    functions: BTreeMap<u64, Function>,
+    stack_sizes: BTreeMap<u64, u64>,
+    /// Bytes in flash: code, constants and initial values of data.
+    pub flash: u64,
+    /// Bytes of static RAM.
+    pub static_ram: u64,
+}
+
+impl Image {
+    /// Reads a linked image.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
+        let file = File::parse(&*bytes).with_context(|| path.display().to_string())?;
+        let (flash, static_ram) = sizes(&file);
+        Ok(Self {
+            functions: functions(&file),
+            stack_sizes: stack_sizes(&file)?,
+            flash,
+            static_ram,
+        })
+    }
+
+    /// The function with exactly this name.
+    pub fn named(&self, name: &str) -> Result<&Function> {
+        let mut functions = self.functions.values();
+        functions.find(|function| function.name == name).with_context(|| {
+            format!("no function `{name}` in the image: was it inlined or stripped?")
+        })
+    }
+
+    /// The function that `address` lies in.
+    pub fn containing(&self, address: u64) -> Option<&Function> {
+        let (_, function) = self.functions.range(..=address).next_back()?;
+        function.range.contains(&address).then_some(function)
+    }
+
+    /// Stack frame of the function that starts at `address` [B], from the compiler.
+    pub fn stack_size(&self, address: u64) -> Option<u64> {
+        self.stack_sizes.get(&address).copied()
+    }
+}
+
+fn functions(file: &File<'_>) -> BTreeMap<u64, Function> {
+    let mut functions = BTreeMap::new();
+    for symbol in file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text) {
+        let start = symbol.address() & !1;
+        if symbol.size() == 0 {
+            continue;
+        }
+        let Ok(name) = symbol.name() else { continue };
+        let name = format!("{:#}", rustc_demangle::demangle(name));
+        let range = start..start + symbol.size();
+        functions.entry(start).or_insert(Function { name, range });
+    }
+    functions
+}
+
+fn sizes(file: &File<'_>) -> (u64, u64) {
+    let (mut flash, mut ram) = (0, 0);
+    for section in file.sections() {
+        let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
+        if sh_flags & u64::from(object::elf::SHF_ALLOC) == 0 {
+            continue;
+        }
+        let (in_file, writable) =
+            (section.file_range().is_some(), sh_flags & u64::from(object::elf::SHF_WRITE) != 0);
+        flash += if in_file { section.size() } else { 0 };
+        ram += if writable { section.size() } else { 0 };
+    }
+    (flash, ram)
+}
+
+/// `.stack_sizes`: for every function its address (4 bytes) and its frame (ULEB128).
+fn stack_sizes(file: &File<'_>) -> Result<BTreeMap<u64, u64>> {
+    let mut sizes = BTreeMap::new();
+    let Some(section) = file.section_by_name(".stack_sizes") else { return Ok(sizes) };
+    let mut rest = section.data()?;
+    while let Some((address, tail)) = rest.split_first_chunk::<4>() {
+        let (size, tail) = uleb128(tail)?;
+        sizes.insert(u64::from(u32::from_le_bytes(*address) & !1), size);
+        rest = tail;
+    }
+    Ok(sizes)
+}
+
+fn uleb128(bytes: &[u8]) -> Result<(u64, &[u8])> {
+    let mut value = 0;
+    for (index, byte) in bytes.iter().enumerate().take(9) {
+        value |= u64::from(byte & 0x7F) << (7 * index);
+        if byte & 0x80 == 0 {
+            return Ok((value, &bytes[index + 1..]));
+        }
+    }
+    bail!(".stack_sizes is damaged")
+}

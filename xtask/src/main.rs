@@ -1,0 +1,61 @@
+//! `cargo xtask`: the project's checks and measurements, from any folder of the repository.
+
+mod budgets;
+mod call_graph;
+mod checks;
+mod cycles;
+mod disassembly;
+mod elf;
+mod machine_code;
+mod measurement;
+mod profile;
+mod shell;
+mod sources;
+mod step_image;
+mod toolchain;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, bail};
+
+const USAGE: &str = "usage: cargo xtask COMMAND
+  ci            set up what is missing and check everything
+  test          the everyday checks: format, clippy, tests
+  setup         install the toolchain's parts and the emulator
+  machine-code  what the control steps' machine code must and must not contain
+  budgets       instructions, cycles, memory and stack against budgets.toml
+  profile CONTROLLER [FLIGHT [ROWS]]
+                where a step's instructions go; CONTROLLER is robust-adaptive or saturated,
+                FLIGHT one of those that `budgets` lists (the paper's unless given)";
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let causes: Vec<_> = error.chain().map(ToString::to_string).collect();
+            eprintln!("error: {}", causes.join(": "));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<()> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().context("workspace root")?;
+    std::env::set_current_dir(root)?;
+    let arguments: Vec<_> = std::env::args().skip(1).collect();
+    let words: Vec<_> = arguments.iter().map(String::as_str).collect();
+    match words[..] {
+        ["ci"] => checks::run_all(checks::ALL),
+        ["test"] => checks::run_all(checks::EVERYDAY),
+        ["setup"] => toolchain::set_up(),
+        ["machine-code"] => machine_code::check_all(),
+        ["budgets"] => budgets::check(),
+        ["profile", controller] => profile::run(controller, "paper", 40),
+        ["profile", controller, flight] => profile::run(controller, flight, 40),
+        ["profile", controller, flight, rows] => {
+            profile::run(controller, flight, rows.parse().context("ROWS")?)
+        }
+        _ => bail!("{USAGE}"),
+    }
+}

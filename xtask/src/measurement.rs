@@ -1,0 +1,129 @@
+//! Measures each controller's step: instructions, cycles, stack, memory; and that the emulator
+//! computed what the host did.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+
+use crate::cycles;
+use crate::shell::{cargo, run};
+use crate::step_image::{Flight, NONE, StepImage, build, read_words};
+
+/// Where the flights for the step images are written.
+pub const SAMPLES: &str = "target/step-samples";
+/// How far the static stack bound may lie above the deepest stack that was seen [B].
+const STACK_MARGIN: u64 = 64;
+
+/// Builds images and plugin, and writes the flights.
+pub fn prepare() -> Result<()> {
+    build()?;
+    run(&mut cargo(["run", "--release", "--quiet", "-p", "step-samples", "--", SAMPLES]))
+}
+
+/// Instructions a step in one flight.
+pub struct Case {
+    /// What flew.
+    pub name: String,
+    /// Steps flown.
+    pub steps: usize,
+    /// Fewest, mean and most instructions of a step.
+    pub instructions: (u64, f64, u64),
+    /// Mean cycles of a step, estimated.
+    pub cycles: f64,
+}
+
+impl Case {
+    /// Sums up one flight.
+    pub fn new(name: String, image: &StepImage, flight: &Flight) -> Self {
+        let counts = &flight.instructions;
+        let steps = counts.len();
+        let (min, max) = (counts.iter().min(), counts.iter().max());
+        let mean = counts.iter().sum::<u64>() as f64 / steps as f64;
+        let weighted = flight.executed.iter().map(|(address, executed)| {
+            image.listing.get(address).map_or(0, |found| executed * cycles::cycles(found))
+        });
+        Self {
+            name,
+            steps,
+            instructions: (min.copied().unwrap_or(0), mean, max.copied().unwrap_or(0)),
+            cycles: weighted.sum::<u64>() as f64 / steps as f64,
+        }
+    }
+}
+
+/// Everything that was measured of one controller.
+pub struct Measurement {
+    /// One for each flight; those of the paper are called so.
+    pub cases: Vec<Case>,
+    /// Bytes of flash that an image with the controller has more than one without.
+    pub flash: u64,
+    /// Bytes of RAM: the validated controller and its state.
+    pub ram: u64,
+    /// Worst-case stack of the step from the call graph [B].
+    pub stack: u64,
+    /// Deepest stack seen in painted memory [B].
+    pub painted_stack: u64,
+}
+
+impl Measurement {
+    /// Flies every case of one controller. [`prepare`] comes first.
+    pub fn take(controller: &str) -> Result<Self> {
+        let image = StepImage::open(controller)?;
+        let empty = StepImage::open(NONE)?;
+        let stack = image.graph.stack(&image.image)?;
+        let (mut cases, mut painted_stack, mut ram) = (Vec::new(), 0, 0);
+        for name in case_names(controller)? {
+            let folder = Path::new(SAMPLES).join(controller).join(&name);
+            let flight = image.fly(&folder).with_context(|| format!("{controller}, {name}"))?;
+            agrees_with_host(&flight, &folder).with_context(|| format!("{controller}, {name}"))?;
+            agrees_with_timer(&flight).with_context(|| format!("{controller}, {name}"))?;
+            painted_stack = painted_stack.max(u64::from(flight.closing.stack));
+            ram = u64::from(flight.closing.controller_size + flight.closing.state_size);
+            cases.push(Case::new(name, &image, &flight));
+        }
+        ensure!(
+            painted_stack <= stack && stack <= painted_stack + STACK_MARGIN,
+            "{controller}: the call graph gives {stack} B of stack, painted memory {painted_stack} B"
+        );
+        let flash = image.image.flash - empty.image.flash;
+        Ok(Self { cases, flash, ram, stack, painted_stack })
+    }
+}
+
+/// The flights of one controller, in alphabetical order.
+pub fn case_names(controller: &str) -> Result<Vec<String>> {
+    let folder = Path::new(SAMPLES).join(controller);
+    let entries = std::fs::read_dir(&folder).with_context(|| folder.display().to_string())?;
+    let names = entries.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()));
+    let mut names = names.collect::<Result<Vec<_>>>()?;
+    names.sort();
+    Ok(names)
+}
+
+/// Every wrench and status has the bits that the host computed.
+fn agrees_with_host(flight: &Flight, folder: &Path) -> Result<()> {
+    let expected = read_words(&folder.join("expected.bin"))?;
+    let (expected, rest) = expected.as_chunks::<5>();
+    ensure!(
+        rest.is_empty() && expected.len() == flight.answers.len(),
+        "expected.bin is incomplete"
+    );
+    for (step, (answer, expected)) in flight.answers.iter().zip(expected).enumerate() {
+        let [x, y, z, w] = answer.wrench;
+        let found = [x, y, z, w, answer.status];
+        ensure!(found == *expected, "step {step}: host {expected:x?}, emulator {found:x?}");
+    }
+    Ok(())
+}
+
+/// TIM2 counts the same instructions as the plugin, plus the few around the call.
+fn agrees_with_timer(flight: &Flight) -> Result<()> {
+    let around = |step: usize| u64::from(flight.answers[step].ticks) - flight.instructions[step];
+    let first = around(0);
+    ensure!(first < 16, "TIM2 counts {first} instructions more than the plugin");
+    for step in 0..flight.answers.len() {
+        let found = around(step);
+        ensure!(found == first, "step {step}: {found} instructions around the call, not {first}");
+    }
+    Ok(())
+}

@@ -1,0 +1,64 @@
+//! Set-up: the pinned Rust toolchain's parts, and the emulator.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+
+use crate::shell::{command, output, run, succeeds};
+
+/// The one embedded target.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+const COMPONENTS: [&str; 4] = ["llvm-tools", "rust-src", "rustfmt", "clippy"];
+/// Programs and the Debian packages that hold them.
+const PROGRAMS: [(&str, &str); 2] =
+    [("qemu-system-arm", "qemu-system-arm"), ("valgrind", "valgrind")];
+
+/// Installs whatever is missing, or says how to.
+pub fn set_up() -> Result<()> {
+    if succeeds(&mut command(["rustup", "--version"])) {
+        run(&mut command(["rustup", "target", "add", TARGET]))?;
+        run(command(["rustup", "component", "add"]).args(COMPONENTS))?;
+    }
+    llvm_tool("llvm-objdump")?;
+    let missing: Vec<_> = PROGRAMS
+        .iter()
+        .filter(|(program, _)| !succeeds(&mut command([*program, "--version"])))
+        .map(|(_, package)| *package)
+        .collect();
+    if missing.is_empty() { Ok(()) } else { install(&missing) }
+}
+
+fn install(packages: &[&str]) -> Result<()> {
+    let wanted = packages.join(" ");
+    let root = output(&mut command(["id", "-u"])).is_ok_and(|id| id.trim() == "0");
+    let sudo = succeeds(&mut command(["sudo", "-n", "true"]));
+    if !succeeds(&mut command(["apt-get", "--version"])) || !(root || sudo) {
+        bail!("missing: {wanted}. Install it, on Debian or Ubuntu: sudo apt-get install {wanted}");
+    }
+    let prefix: &[&str] = if root { &[] } else { &["sudo", "-n"] };
+    let apt = |arguments: &[&str]| {
+        let words = prefix.iter().chain(&["apt-get"]).chain(arguments);
+        run(command(words.copied()).env("DEBIAN_FRONTEND", "noninteractive"))
+    };
+    apt(&["update"])?;
+    apt(&[&["install", "-y", "--no-install-recommends"], packages].concat())
+        .with_context(|| format!("installing {wanted}"))
+}
+
+/// Path of one of the toolchain's own LLVM tools.
+pub fn llvm_tool(name: &str) -> Result<PathBuf> {
+    let sysroot = output(rustc().args(["--print", "sysroot"]))?;
+    let version = output(rustc().arg("-vV"))?;
+    let host = version.lines().find_map(|line| line.strip_prefix("host: "));
+    let host = host.context("rustc names no host")?;
+    let tool = [sysroot.trim(), "lib", "rustlib", host, "bin", name].iter().collect::<PathBuf>();
+    if !tool.exists() {
+        bail!("missing: {name}. Install it: rustup component add llvm-tools");
+    }
+    Ok(tool)
+}
+
+fn rustc() -> Command {
+    Command::new("rustc")
+}
