@@ -8,9 +8,11 @@
 extern crate std;
 
 pub mod evidence;
+pub mod exchange;
 pub mod flight_control;
 pub mod law;
 pub mod rate_loop;
+pub mod rates;
 pub mod reference_source;
 pub mod replay;
 pub mod rotor_output;

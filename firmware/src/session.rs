@@ -16,9 +16,11 @@ use ctrl_core::vehicle::VehicleState;
 use glam::Vec3;
 use heapless::{Deque, String};
 
+use crate::evidence::append;
 use crate::law::Law;
 use crate::reference_source::{Origin, ReferenceSource};
 use crate::scenario::{Flown, Tuning};
+use crate::vehicle::{LinkConfig, VehicleConfig};
 
 /// Answers that may wait.
 const ANSWERS: usize = 8;
@@ -36,6 +38,15 @@ pub struct SessionConfig {
     pub reference_timeout: u32,
     /// Fewest ticks from one telemetry to the next that the link has room for.
     pub telemetry_period_min: u16,
+}
+
+impl SessionConfig {
+    /// The configuration of a vehicle on a board.
+    #[must_use]
+    pub fn new(board: &'static str, telemetry_period_min: u16, vehicle: &VehicleConfig) -> Self {
+        let LinkConfig { sample_valid, reference_timeout } = vehicle.link;
+        Self { board, sample_valid, reference_timeout, telemetry_period_min }
+    }
 }
 
 /// What control did last, as the session sees it.
@@ -337,11 +348,7 @@ fn parameter_in<C: Parameters>(config: C, index: u16) -> Option<ParameterValue> 
 /// As much of `text` as fits.
 fn copy<const N: usize>(text: &str) -> String<N> {
     let mut copy = String::new();
-    for character in text.chars() {
-        if copy.push(character).is_err() {
-            break;
-        }
-    }
+    append(&mut copy, text);
     copy
 }
 
