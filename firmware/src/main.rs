@@ -79,9 +79,10 @@ mod app {
 
     #[init(local = [queue: Queue<u8, RECEIVED> = Queue::new()])]
     fn init(mut cx: init::Context) -> (Shared, Local) {
-        // build.rs has checked all three: an error means a damaged image.
-        let vehicle = vehicle::vehicle_config().expect("vehicle");
-        let flown = scenario::flown().expect("scenario");
+        // build.rs has checked all of these: an error means a damaged image.
+        let (Ok(vehicle), Ok(flown)) = (vehicle::vehicle_config(), scenario::flown()) else {
+            panic!("damaged configuration");
+        };
         let mut thrust_max = [0.0; ROTORS];
         for (max, rotor) in thrust_max.iter_mut().zip(&vehicle.geometry.rotors) {
             *max = rotor.thrust.upper;
@@ -93,9 +94,11 @@ mod app {
             Active::report(report);
         }
         let config = SessionConfig::new(Active::NAME, Active::TELEMETRY_PERIOD_MIN, &vehicle);
-        let mut session = Session::new(config, &flown, fault).expect("scenario");
+        let Ok(mut session) = Session::new(config, &flown, fault) else {
+            panic!("damaged scenario");
+        };
         let flight = FlightControl::new(session.law(), &vehicle.supervisor, &vehicle.geometry);
-        let flight = flight.expect("vehicle");
+        let Ok(flight) = flight else { panic!("damaged vehicle") };
         let inbox = Inbox {
             vehicle: None,
             reference: session.reference(Progress::default()),
@@ -140,14 +143,14 @@ mod app {
     #[idle]
     fn idle(_: idle::Context) -> ! {
         loop {
-            cortex_m::asm::wfi();
+            Active::idle();
         }
     }
 
     /// One byte from the wire; a full queue drops it, and the frame's checksum tells.
     #[task(binds = USART2, priority = 5, local = [receiver, received_in])]
     fn receive(cx: receive::Context) {
-        if let Ok(byte) = cx.local.receiver.read() {
+        while let Some(byte) = Active::receive(cx.local.receiver) {
             let _ = cx.local.received_in.enqueue(byte);
             if byte == 0 {
                 rtic::pend(Interrupt::SPI1);
@@ -262,17 +265,16 @@ mod app {
         if let (Some(health), true) = (health.lock(Option::take), subscribed) {
             send(transmitter, encoder, &Downlink::Health(health));
         }
+        Active::exchange();
         rate_loop.lock(|rate_loop| rate_loop.finish(Group::Telemetry, now()));
     }
 
-    /// Sends one message; each byte waits at most for the one before it.
+    /// Sends one message.
     fn send(transmitter: &mut Tx<USART2>, encoder: &mut Encoder<Downlink>, message: &Downlink) {
         let mut frame = [0; MAX_FRAME];
         // Every message of the core fits a frame (tested there).
         let Ok(frame) = encoder.encode(message, &mut frame) else { return };
-        for byte in frame {
-            while transmitter.write(*byte).is_err() {}
-        }
+        Active::transmit(transmitter, frame);
     }
 
     /// Log, health report, watchdog.

@@ -18,8 +18,10 @@ use cortex_m::peripheral::{DCB, DWT};
 use ctrl_core::link::FaultReport;
 use embedded_hal::pwm::SetDutyCycle;
 use stm32f4xx_hal::gpio::{PA6, PA7, PB0, PB1};
-use stm32f4xx_hal::pac::{TIM3, TIM5};
+use stm32f4xx_hal::pac::{TIM3, TIM5, USART2};
+use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
+use stm32f4xx_hal::serial::{Rx, Tx};
 
 pub use crate::vehicle::ROTORS;
 
@@ -65,7 +67,35 @@ pub trait Board: Sized {
     /// Tells a person of the fault before this boot, beyond log and telemetry.
     fn report(_report: &FaultReport) {}
 
+    /// A byte from the link, if one has come.
+    #[inline(always)]
+    fn receive(receiver: &mut Rx<USART2>) -> Option<u8> {
+        receiver.read().ok()
+    }
+
+    /// Sends a frame.
+    fn transmit(transmitter: &mut Tx<USART2>, frame: &[u8]) {
+        transmit(transmitter, frame);
+    }
+
+    /// Called when the telemetry group has sent all: where the emulator waits for its host.
+    #[inline(always)]
+    fn exchange() {}
+
+    /// Waits for the next interrupt, or for a moment.
+    #[inline(always)]
+    fn idle() {
+        cortex_m::asm::wfi();
+    }
+
     /// Called at every control tick: where the emulator ends a run or provokes a fault.
     #[inline(always)]
     fn exercise(_tick: u32) {}
+}
+
+/// Sends a frame over the wire; each byte waits at most for the one before it.
+fn transmit(transmitter: &mut Tx<USART2>, frame: &[u8]) {
+    for byte in frame {
+        while transmitter.write(*byte).is_err() {}
+    }
 }

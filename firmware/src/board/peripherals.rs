@@ -51,8 +51,9 @@ impl Peripherals {
         let rotors = Active::rotors(device.TIM3, pins, &mut rcc);
         let config = Config::default().baudrate(LINK_RATE.bps());
         let serial = device.USART2.serial((gpioa.pa2, gpioa.pa3), config, &mut rcc);
-        // The rate is a constant that both clocks can divide to: an error is a programming error.
-        let (transmitter, mut receiver) = serial.expect("link rate").split();
+        // The rate is a constant to which both clocks divide: an error is a programming error.
+        let Ok(serial) = serial else { panic!("link rate") };
+        let (transmitter, mut receiver) = serial.split();
         receiver.listen();
         Self {
             rotors: RotorOutput::new(rotors, thrust_max),

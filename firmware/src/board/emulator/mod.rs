@@ -8,9 +8,13 @@
 //! | directive | meaning |
 //! |---|---|
 //! | `ticks=N` | end the run with success at control tick N |
-//! | `provoke=panic`, `hard-fault`, `overrun`, `hang` | do so at tick 500 of the first boot |
+//! | `provoke=panic`, `hard-fault`, `overrun` | do so from tick 500 on, unless after a fault |
+//! | `link=PATH` | the link in lock step over FIFOs, see [`lockstep`] |
 //!
-//! A boot after a fault writes the evidence to standard error as plain text and ends the run.
+//! Without a link, a boot after a fault writes the report to standard error as plain text and ends
+//! the run.
+
+mod lockstep;
 
 use core::convert::Infallible;
 use core::sync::atomic::{AtomicU8, AtomicU16, AtomicU32, Ordering::Relaxed};
@@ -19,8 +23,10 @@ use cortex_m::peripheral::{DCB, DWT};
 use ctrl_core::link::FaultReport;
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 use semihosting::{eprintln, process};
-use stm32f4xx_hal::pac::{TIM3, TIM5};
+use stm32f4xx_hal::pac::{Interrupt, TIM3, TIM5, USART2};
+use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
+use stm32f4xx_hal::serial::{Rx, Tx};
 
 use super::{Board, ROTORS, RotorPins};
 use crate::evidence::{REGISTER_NAMES, kind_name};
@@ -74,7 +80,35 @@ impl Board for Emulator {
         for (name, value) in REGISTER_NAMES.iter().zip(report.registers) {
             eprintln!("{name}: {value:#010x}");
         }
-        process::exit(0);
+        FAULT.store(u8::MAX, Relaxed);
+        if !lockstep::is_open() {
+            process::exit(0);
+        }
+    }
+
+    fn receive(receiver: &mut Rx<USART2>) -> Option<u8> {
+        lockstep::receive().or_else(|| receiver.read().ok())
+    }
+
+    fn transmit(transmitter: &mut Tx<USART2>, frame: &[u8]) {
+        if lockstep::is_open() {
+            lockstep::transmit(frame);
+        } else {
+            super::transmit(transmitter, frame);
+        }
+    }
+
+    fn exchange() {
+        if lockstep::exchange() {
+            cortex_m::peripheral::NVIC::pend(Interrupt::USART2);
+        }
+    }
+
+    /// Lets time pass in large blocks that are quick to emulate. Waiting for an interrupt would let
+    /// QEMU 7.2 skip every second tick (`sleep=off`) or wake late by the machine's load.
+    fn idle() {
+        // SAFETY: instructions that do nothing.
+        unsafe { core::arch::asm!(".rept 512", "nop", ".endr", options(nomem, nostack)) };
     }
 
     #[inline(always)]
@@ -98,13 +132,16 @@ static FAULT: AtomicU8 = AtomicU8::new(u8::MAX);
 static RECORDED: [AtomicU16; ROTORS] = [const { AtomicU16::new(0) }; ROTORS];
 
 /// Faults that the directive `provoke` knows.
-const FAULTS: [&str; 4] = ["panic", "hard-fault", "overrun", "hang"];
+const FAULTS: [&str; 3] = ["panic", "hard-fault", "overrun"];
 
 fn read_directives() {
     let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return };
     for argument in arguments.into_iter().flatten() {
         if let Some(ticks) = argument.strip_prefix("ticks=").and_then(|n| n.parse().ok()) {
             TICKS.store(ticks, Relaxed);
+        }
+        if let Some(path) = argument.strip_prefix("link=") {
+            lockstep::open(path);
         }
         let fault = argument.strip_prefix("provoke=");
         if let Some(index) = FAULTS.iter().position(|name| Some(*name) == fault) {
@@ -126,11 +163,8 @@ fn provoke() {
         Some("panic") => panic!("provoked"),
         // SAFETY: none; reading where there is no memory is the fault that was asked for.
         Some("hard-fault") => _ = unsafe { core::ptr::read_volatile(0x6000_0000 as *const u32) },
-        // Longer than any deadline of the control group, in every tick.
-        Some("overrun") => cortex_m::asm::delay(Emulator::CORE_CLOCK / 1000),
-        Some("hang") => loop {
-            cortex_m::asm::nop();
-        },
+        // Two instructions of 8 ns a count: a fifth beyond control's deadline, in every tick.
+        Some("overrun") => cortex_m::asm::delay(crate::rates::TICK / 2 * 125 / 2 * 6 / 5),
         _ => {}
     }
 }
