@@ -11,6 +11,7 @@
 extern crate std;
 
 pub mod adaptation;
+pub mod allocation;
 mod cascade;
 pub mod config;
 pub mod controller;
