@@ -1,0 +1,209 @@
+//! Framing: COBS, CRC-32, version, sequence numbers.
+//!
+//! A zero byte ends every frame and occurs nowhere else, so a receiver that has lost its place
+//! finds it again at the next zero. The checksum is CRC-32 as in Ethernet and zlib.
+
+use core::marker::PhantomData;
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use serde::{Deserialize, Serialize};
+
+use super::message::Message;
+use super::{MAX_FRAME, MAX_PAYLOAD};
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// A frame at most this many numbers behind the last is late or doubled and is dropped; one
+/// further behind is from a sender that has begun anew.
+const LATE_WINDOW: u16 = 32;
+
+/// A message does not fit a frame. No message of this crate is that long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EncodeError;
+
+impl core::fmt::Display for EncodeError {
+    fn fmt(&self, out: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        out.write_str("message longer than a frame")
+    }
+}
+
+impl core::error::Error for EncodeError {}
+
+/// Makes the frames of one direction and numbers them.
+#[derive(Clone, Debug)]
+pub struct Encoder<M> {
+    next: u16,
+    direction: PhantomData<M>,
+}
+
+impl<M> Default for Encoder<M> {
+    fn default() -> Self {
+        Self { next: 0, direction: PhantomData }
+    }
+}
+
+impl<M: Message> Encoder<M> {
+    /// The sequence number of the next frame.
+    #[must_use]
+    pub fn next_sequence(&self) -> u16 {
+        self.next
+    }
+
+    /// Writes the next frame with its delimiter to `frame` and returns it.
+    ///
+    /// # Errors
+    /// When the message is longer than [`MAX_MESSAGE`](super::MAX_MESSAGE); no number is spent.
+    pub fn encode<'a>(
+        &mut self,
+        message: &M,
+        frame: &'a mut [u8; MAX_FRAME],
+    ) -> Result<&'a [u8], EncodeError> {
+        let length = write_frame(message, self.next, frame).ok_or(EncodeError)?;
+        self.next = self.next.wrapping_add(1);
+        frame.get(..length).ok_or(EncodeError)
+    }
+}
+
+/// Writes one frame; its length, or nothing if it does not fit.
+fn write_frame<M: Message>(message: &M, sequence: u16, frame: &mut [u8]) -> Option<usize> {
+    let mut payload = [0; MAX_PAYLOAD];
+    let (header, rest) = payload.split_first_chunk_mut()?;
+    let [low, high] = sequence.to_le_bytes();
+    *header = [M::TAG, low, high];
+    let covered = header.len() + postcard::to_slice(message, rest).ok()?.len();
+    let checksum = CRC.checksum(payload.get(..covered)?).to_le_bytes();
+    *payload.get_mut(covered..)?.first_chunk_mut()? = checksum;
+    let length = cobs::try_encode(payload.get(..covered + checksum.len())?, frame).ok()?;
+    *frame.get_mut(length)? = 0;
+    Some(length + 1)
+}
+
+/// A message that has arrived.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Received<M> {
+    /// Sequence number of its frame.
+    pub sequence: u16,
+    /// The message.
+    pub message: M,
+}
+
+/// What a decoder has seen; counts wrap.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LinkStatistics {
+    /// Frames that were delivered.
+    pub delivered: u32,
+    /// Frames with broken COBS, too long or short, or with a wrong checksum.
+    pub damaged: u32,
+    /// Whole frames of another version or of the other direction.
+    pub foreign: u32,
+    /// Whole frames that hold no message of this version.
+    pub malformed: u32,
+    /// Whole frames dropped as late or doubled.
+    pub late: u32,
+    /// Sequence numbers that were skipped: frames that were damaged or never arrived.
+    pub lost: u32,
+}
+
+/// Why a whole frame is not delivered.
+enum Drop {
+    Damaged,
+    Foreign,
+    Malformed,
+    Late,
+}
+
+/// Takes the bytes of one direction as they come.
+///
+/// Bounded: its buffer is one frame, and a byte costs constant time but for the last of a frame,
+/// which costs one checksum and one parse.
+#[derive(Debug)]
+pub struct Decoder<M> {
+    cobs: cobs::DecoderState,
+    payload: heapless::Vec<u8, MAX_PAYLOAD>,
+    overlong: bool,
+    last: Option<u16>,
+    statistics: LinkStatistics,
+    direction: PhantomData<M>,
+}
+
+impl<M> Default for Decoder<M> {
+    fn default() -> Self {
+        Self {
+            cobs: cobs::DecoderState::Idle,
+            payload: heapless::Vec::new(),
+            overlong: false,
+            last: None,
+            statistics: LinkStatistics::default(),
+            direction: PhantomData,
+        }
+    }
+}
+
+impl<M: Message> Decoder<M> {
+    /// What has been seen so far.
+    #[must_use]
+    pub fn statistics(&self) -> LinkStatistics {
+        self.statistics
+    }
+
+    /// Takes one byte; returns a message when it completes a good frame.
+    ///
+    /// Anything else is counted and dropped; the next frame starts after the next zero byte.
+    pub fn push(&mut self, byte: u8) -> Option<Received<M>> {
+        match self.cobs.feed(byte) {
+            Ok(cobs::DecodeResult::NoData) => return None,
+            Ok(cobs::DecodeResult::DataContinue(data)) => {
+                self.overlong |= self.payload.push(data).is_err();
+                return None;
+            }
+            Ok(cobs::DecodeResult::DataComplete) => {}
+            Err(_) => self.overlong = true, // cut off inside a run: damaged all the same
+        }
+        let result = if self.overlong { Err(Drop::Damaged) } else { self.receive() };
+        self.payload.clear();
+        self.overlong = false;
+        let statistics = &mut self.statistics;
+        let (count, received) = match result {
+            Ok(received) => (&mut statistics.delivered, Some(received)),
+            Err(Drop::Damaged) => (&mut statistics.damaged, None),
+            Err(Drop::Foreign) => (&mut statistics.foreign, None),
+            Err(Drop::Malformed) => (&mut statistics.malformed, None),
+            Err(Drop::Late) => (&mut statistics.late, None),
+        };
+        *count = count.wrapping_add(1);
+        received
+    }
+
+    /// The message in the complete payload.
+    fn receive(&mut self) -> Result<Received<M>, Drop> {
+        let (covered, checksum) = self.payload.split_last_chunk().ok_or(Drop::Damaged)?;
+        if CRC.checksum(covered) != u32::from_le_bytes(*checksum) {
+            return Err(Drop::Damaged);
+        }
+        let (&[tag, low, high], message) = covered.split_first_chunk().ok_or(Drop::Damaged)?;
+        if tag != M::TAG {
+            return Err(Drop::Foreign);
+        }
+        let Ok((message, [])) = postcard::take_from_bytes::<M>(message) else {
+            return Err(Drop::Malformed);
+        };
+        let sequence = u16::from_le_bytes([low, high]);
+        self.follow(sequence, message.begins_numbering())?;
+        Ok(Received { sequence, message })
+    }
+
+    /// Checks that the number is ahead of the last one, and counts what was skipped.
+    fn follow(&mut self, sequence: u16, begins: bool) -> Result<(), Drop> {
+        if let (Some(last), false) = (self.last, begins) {
+            let ahead = sequence.wrapping_sub(last);
+            if ahead == 0 || ahead > u16::MAX - LATE_WINDOW {
+                return Err(Drop::Late);
+            }
+            if ahead <= u16::MAX / 2 {
+                self.statistics.lost = self.statistics.lost.wrapping_add(u32::from(ahead - 1));
+            }
+        }
+        self.last = Some(sequence);
+        Ok(())
+    }
+}
