@@ -165,7 +165,7 @@ impl TrackingController for RobustAdaptive {
             torque_demand_body: law.torque,
             torque_body: law.torque,
             inertia_rate: law.inertia_rate,
-            ..evaluation.intermediates()
+            ..evaluation.intermediates(&self.cascade, &state.cascade)
         });
         self.commit(state, &evaluation, &law)
     }

@@ -316,7 +316,7 @@ impl TrackingController for Saturated {
             gyroscopic_ratio_rate: law.gyroscopic_ratio_rate,
             auxiliary_attitude_rate: Self::auxiliary_attitude_rate(state, &input.r, &terms),
             auxiliary_rate_dot: law.auxiliary_drive - self.config.k4 * state.auxiliary.rate,
-            ..evaluation.intermediates()
+            ..evaluation.intermediates(&self.cascade, &state.cascade)
         });
         self.commit(state, &evaluation, &terms, &law)
     }

@@ -1,7 +1,7 @@
 //! Step 2: from the commanded force to the desired attitude, its rate and acceleration.
 //!
 //! ```text
-//! r3 = unit(alpha) or unit(R_a^T alpha)                                      (45)
+//! r3 = unit(alpha) = u/n, or R_a^T of it                                     (45)
 //! r2 = unit( (r3.b3d) b2d - (r3.b2d) b3d )                                   (22)
 //! r1 = r2 × r3,   R_d = [r1 r2 r3]                                           (23), (24)
 //! w_d = vee(R_d^T R_d')                                                      (25)
@@ -12,7 +12,7 @@
 //!
 //! Rate and acceleration follow without forming `r1'` to `r2''`. In the axes of `R_d`,
 //! `r_i' = w_d × e_i`; let `B = [rho, 0, s]` (it has no `r2` component), `b = R_d^T B'`,
-//! `p = R_d^T alpha'/f` and `P = R_d^T alpha''/f`. Differentiating `alpha = f r3` twice gives
+//! `p = R_d^T u'/n` and `P = R_d^T u''/n`. Differentiating `u = n r3` twice gives
 //!
 //! ```text
 //! w_d.x = -p.y             w_d.x' = -(P.y - 2 p.z p.y) + w_d.z w_d.y
@@ -63,14 +63,14 @@ fn heading_normal(reference: &Reference) -> Jet<Vec3> {
 /// when `R_d` is differentiated (departure 12 of `docs/theory.md`).
 #[inline(always)]
 pub(crate) fn desired_attitude(
-    alpha: &Jet<Vec3>,
-    thrust: f32,
+    u: &Jet<Vec3>,
+    n: f32,
     reference: &Reference,
     held_lateral: Vec3,
     auxiliary: Option<&Mat3>,
 ) -> DesiredAttitude {
-    let inverse_thrust = 1.0 / thrust;
-    let r3_world = alpha.value * inverse_thrust;
+    let inverse_n = 1.0 / n;
+    let r3_world = u.value * inverse_n;
     let r3 = auxiliary.map_or(r3_world, |r_a| transpose_mul(r_a, r3_world));
     let normal = heading_normal(reference);
 
@@ -91,9 +91,9 @@ pub(crate) fn desired_attitude(
         Mat3::from_cols(r2_world.cross(r3_world), r2_world, r3_world)
     });
 
-    // r1, r2 and r3 components of alpha'/f and alpha''/f.
-    let p = transpose_mul(&axes_world, alpha.first * inverse_thrust);
-    let tilting = alpha.second * inverse_thrust - 2.0 * p.z * (alpha.first * inverse_thrust);
+    let u_dot = u.first * inverse_n;
+    let p = transpose_mul(&axes_world, u_dot);
+    let tilting = u.second * inverse_n - 2.0 * p.z * u_dot;
     let (x, y) = (-p.y, p.x); // (25)
     // The yaw rate that keeps r2 . B = 0; none while the lateral axis is held.
     let (z, yaw) = if held {

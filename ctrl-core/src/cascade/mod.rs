@@ -108,10 +108,11 @@ impl Cascade {
         clip_between(1.0 / mass, self.inverse_mass_min, self.inverse_mass_max)
     }
 
-    /// Whether the projection (14) lets `beta` move at `rate`.
+    /// `rate`, or zero where the projection (14) holds `beta` at the border of its set.
     #[inline(always)]
-    fn adapts(&self, beta: f32, rate: f32) -> bool {
-        if rate > 0.0 { beta < self.inverse_mass_max } else { beta > self.inverse_mass_min }
+    fn projected_rate(&self, beta: f32, rate: f32) -> f32 {
+        let border = if rate > 0.0 { self.inverse_mass_max } else { self.inverse_mass_min };
+        if beta == border { 0.0 } else { rate }
     }
 
     /// `delta^2` of the rotational smooth sign.
@@ -135,12 +136,12 @@ impl Cascade {
         let r = input.r;
         let force = force_command(self, beta, delta_squared, vehicle, &r, reference);
         let r_a = auxiliary.map(|(r_a, _)| r_a);
-        let desired = desired_attitude(&force.alpha, force.thrust, reference, state.lateral, r_a);
+        let desired = desired_attitude(&force.u, force.n, reference, state.lateral, r_a);
         let q_d = from_axes(&desired.axes_world);
         let (q_e, flipped) = nearest_sign(inverse_mul(q_d, input.attitude), state.attitude_error);
         let terms = auxiliary.map(|(_, terms)| terms);
         let rate = vehicle.rate_body;
-        let virtual_rate = virtual_rate(self, beta, &force, &desired, q_e, rate, terms);
+        let virtual_rate = virtual_rate(self, &force, &desired, q_e, rate, terms);
         let mut status = input.status;
         status.set(StepStatus::HEADING_HELD, desired.held);
         status.set(StepStatus::SIGN_FLIPPED, flipped);
@@ -209,15 +210,16 @@ impl Evaluation {
     }
 
     /// What steps 1 to 3 show an observer; the controller adds its own.
-    pub fn intermediates(&self) -> Intermediates {
+    pub fn intermediates(&self, law: &Cascade, state: &CascadeState) -> Intermediates {
         let Self { force, desired, virtual_rate, .. } = self;
+        let alpha = force.alpha(law, state.inverse_mass());
         Intermediates {
             position_error_world: force.position_error,
             velocity_error_world: force.velocity_error,
             g: force.g,
-            alpha: force.alpha.value,
-            alpha_dot: force.alpha.first,
-            alpha_ddot: force.alpha.second,
+            alpha: alpha.value,
+            alpha_dot: alpha.first,
+            alpha_ddot: alpha.second,
             thrust: force.thrust,
             desired_rate: desired.rate,
             desired_rate_dot: desired.rate_dot,

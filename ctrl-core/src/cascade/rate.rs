@@ -7,7 +7,7 @@
 //! q_e = (q_a ⊗ q_d)^-1 ⊗ q                                                   (27), (46)
 //! w_r = w_d + R_d^T W_a
 //! y   = (eta_e I + S(eps_e))^T D^T G
-//! mu  = 2 c beta f S(e3)^T y - k3 eps_e + R_e^T w_d - k5 R_ta^T eps_a         (31), (49)
+//! mu  = 2 c n S(e3)^T y - k3 eps_e + R_e^T w_d - k5 R_ta^T eps_a     n = beta f  (31), (49)
 //! q_e' = 1/2 A(q_e) nu                                                       (28)
 //! (R_e^T w_d)' = R_e^T w_d' - nu × R_e^T w_d
 //! (D^T G)'     = D^T G' - w_r × D^T G
@@ -49,11 +49,10 @@ fn add_coupling(x: Vec3, weight: f32, y: Vec3) -> Vec3 {
     Vec3::new(x.x + weight * y.y, x.y - weight * y.x, x.z)
 }
 
-/// Evaluates step 3 at attitude error `q_e`, inverse mass `beta` and body rate `rate_body`.
+/// Evaluates step 3 at attitude error `q_e` and body rate `rate_body`.
 #[inline(always)]
 pub(crate) fn virtual_rate(
     law: &Cascade,
-    beta: f32,
     force: &ForceCommand,
     desired: &DesiredAttitude,
     q_e: Quat,
@@ -71,15 +70,14 @@ pub(crate) fn virtual_rate(
     let forward_dot = transpose_mul(&r_e, desired.rate_dot) - nu.cross(forward);
     let (eta_dot, eps_dot) = quaternion_rate(q_e, nu); // (28)
 
-    // Coupling 2 c beta f S(e3)^T (eta I + S(eps))^T D^T G.
+    // Coupling 2 c n S(e3)^T (eta I + S(eps))^T D^T G.
     let w_r = auxiliary.map_or(desired.rate, |terms| desired.rate + r_e * terms.rate_body);
     let g = transpose_mul(&desired.axes_world, force.g);
     let g_dot = transpose_mul(&desired.axes_world, force.g_dot) - w_r.cross(g);
     let y = eta * g - eps.cross(g);
     let y_dot = eta_dot * g + eta * g_dot - eps_dot.cross(g) - eps.cross(g_dot);
-    let weight = 2.0 * law.gains.c * beta * force.thrust;
-    let weight_dot =
-        2.0 * law.gains.c * (force.inverse_mass_rate * force.thrust + beta * force.thrust_dot);
+    let twice_c = 2.0 * law.gains.c;
+    let (weight, weight_dot) = (twice_c * force.n, twice_c * force.n_dot); // beta f = n
 
     let mu = add_coupling(forward - k3 * eps, weight, y); // (31), (49)
     let mu_dot = add_coupling(forward_dot - k3 * eps_dot, weight_dot, y);
