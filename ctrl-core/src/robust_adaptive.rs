@@ -144,9 +144,8 @@ impl TrackingController for RobustAdaptive {
         reference: &Reference,
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput {
-        let input = match self.cascade.admit(vehicle, reference) {
-            Ok(input) => input,
-            Err(cause) => return self.cascade.hold(&mut state.cascade, cause),
+        let Some(input) = self.cascade.admit(vehicle, reference) else {
+            return self.cascade.hold(&mut state.cascade, vehicle, reference);
         };
         let clipped;
         let reference = if input.status.contains(StepStatus::REFERENCE_CLIPPED) {
@@ -157,8 +156,9 @@ impl TrackingController for RobustAdaptive {
         };
         let evaluation = self.cascade.evaluate(&state.cascade, &input, vehicle, reference, None);
         let law = self.law(state, &evaluation, vehicle.rate_body);
-        if !(evaluation.sum() + (law.torque + law.inertia_rate).element_sum()).is_finite() {
-            return self.cascade.hold(&mut state.cascade, StepStatus::RESULT_INVALID);
+        let sum = (law.torque + law.inertia_rate).element_sum();
+        if !evaluation.is_usable(vehicle.rate_body, sum) {
+            return self.cascade.hold(&mut state.cascade, vehicle, reference);
         }
         observe(&Intermediates {
             rate_error: law.rate_error,

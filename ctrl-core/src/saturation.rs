@@ -51,7 +51,8 @@ pub fn sigma(x: Vec3, limit: f32) -> Response {
 #[inline(always)]
 #[must_use]
 pub fn smooth_sign(x: Vec3, delta_squared: f32) -> Response {
-    let inverse = inverse_root(x, delta_squared);
+    let square = x * x + delta_squared;
+    let inverse = Vec3::new(1.0 / sqrt(square.x), 1.0 / sqrt(square.y), 1.0 / sqrt(square.z));
     let value = x * inverse;
     let slope = delta_squared * inverse * inverse * inverse;
     Response { value, slope, curvature: -3.0 * value * inverse * slope }
@@ -61,25 +62,16 @@ pub fn smooth_sign(x: Vec3, delta_squared: f32) -> Response {
 #[inline(always)]
 #[must_use]
 pub fn smooth_sign_value(x: Vec3, delta_squared: f32) -> Vec3 {
-    x * inverse_root(x, delta_squared)
-}
-
-/// `1/sqrt(x^2 + delta^2)`, element-wise.
-#[inline(always)]
-fn inverse_root(x: Vec3, delta_squared: f32) -> Vec3 {
     let square = x * x + delta_squared;
-    Vec3::new(1.0 / sqrt(square.x), 1.0 / sqrt(square.y), 1.0 / sqrt(square.z))
+    x / Vec3::new(sqrt(square.x), sqrt(square.y), sqrt(square.z))
 }
 
 /// `sigma_3`, the hard clip to `[-limit, limit]` (37), element-wise; NaN stays NaN.
 #[inline(always)]
 #[must_use]
 pub fn clip(x: Vec3, limit: f32) -> Vec3 {
-    Vec3::new(
-        clip_between(x.x, -limit, limit),
-        clip_between(x.y, -limit, limit),
-        clip_between(x.z, -limit, limit),
-    )
+    let clip = |x: f32| if x.abs() > limit { limit.copysign(x) } else { x };
+    Vec3::new(clip(x.x), clip(x.y), clip(x.z))
 }
 
 /// `x` clipped to `[lower, upper]`; NaN stays NaN. Unlike `f32::clamp` it has no panic for

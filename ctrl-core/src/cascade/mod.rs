@@ -17,7 +17,7 @@ pub(crate) use validation::require_integrable;
 
 use crate::adaptation::Estimate;
 use crate::config::CascadeGains;
-use crate::controller::{Intermediates, StepOutput, StepStatus};
+use crate::controller::{Auxiliary, Intermediates, StepOutput, StepStatus};
 use crate::error::{Bound, ConfigError, require};
 use crate::reference::Reference;
 use crate::rotation::{from_axes, inverse_mul, nearest_sign};
@@ -66,8 +66,8 @@ pub(crate) struct CascadeState {
 pub(crate) struct Evaluation {
     pub attitude_error: Quat,
     pub virtual_rate: VirtualRate,
-    /// `R(q)`.
-    pub r: Mat3,
+    /// The auxiliary system's terms, unless it is at rest.
+    pub auxiliary: Option<AuxiliaryTerms>,
     pub status: StepStatus,
     force: ForceCommand,
     desired: DesiredAttitude,
@@ -121,7 +121,7 @@ impl Cascade {
         state.smoothing + self.floor_rotation
     }
 
-    /// Steps 1 to 3. `auxiliary` gives `q_a`'s matrix and, from `R(q)`, the auxiliary terms.
+    /// Steps 1 to 3; with the auxiliary system and its gain `k5` unless that is at rest.
     #[inline(always)]
     pub fn evaluate(
         &self,
@@ -129,23 +129,21 @@ impl Cascade {
         input: &Admitted,
         vehicle: &VehicleState,
         reference: &Reference,
-        auxiliary: Option<(&Mat3, &AuxiliaryTerms)>,
+        auxiliary: Option<(&Auxiliary, f32)>,
     ) -> Evaluation {
-        let beta = state.inverse_mass.value();
+        let (beta, w) = (state.inverse_mass.value(), vehicle.rate_body);
         let delta_squared = state.smoothing + self.floor_translation;
-        let r = input.r;
-        let force = force_command(self, beta, delta_squared, vehicle, &r, reference);
-        let r_a = auxiliary.map(|(r_a, _)| r_a);
-        let desired = desired_attitude(&force.u, force.n, reference, state.lateral, r_a);
+        let force = force_command(self, beta, delta_squared, vehicle, &input.r, reference);
+        let terms = auxiliary.map(|(at, k5)| AuxiliaryTerms::new(at, k5, &input.r, w));
+        let r_a = auxiliary.map(|(at, _)| Mat3::from_quat(at.attitude));
+        let desired = desired_attitude(&force.u, force.n, reference, state.lateral, r_a.as_ref());
         let q_d = from_axes(&desired.axes_world);
         let (q_e, flipped) = nearest_sign(inverse_mul(q_d, input.attitude), state.attitude_error);
-        let terms = auxiliary.map(|(_, terms)| terms);
-        let rate = vehicle.rate_body;
-        let virtual_rate = virtual_rate(self, &force, &desired, q_e, rate, terms);
+        let virtual_rate = virtual_rate(self, &force, &desired, q_e, w, terms.as_ref());
         let mut status = input.status;
         status.set(StepStatus::HEADING_HELD, desired.held);
         status.set(StepStatus::SIGN_FLIPPED, flipped);
-        Evaluation { attitude_error: q_e, virtual_rate, r, status, force, desired }
+        Evaluation { attitude_error: q_e, virtual_rate, auxiliary: terms, status, force, desired }
     }
 
     /// Commits one step: what steps 1 to 3 remember, and the wrench with thrust inside its bounds.
@@ -173,17 +171,6 @@ impl Cascade {
         StepOutput { wrench: state.wrench, torque_demand_body, status }
     }
 
-    /// A step without usable input: the last wrench again, and no estimate moves.
-    #[cold]
-    pub fn hold(&self, state: &mut CascadeState, cause: StepStatus) -> StepOutput {
-        self.decay(state);
-        StepOutput {
-            wrench: state.wrench,
-            torque_demand_body: state.wrench.torque_body,
-            status: cause | StepStatus::OUTPUT_HELD,
-        }
-    }
-
     /// `exp(-2 delta_1 t)` one step on.
     #[inline(always)]
     fn decay(&self, state: &mut CascadeState) {
@@ -203,12 +190,6 @@ impl CascadeState {
 }
 
 impl Evaluation {
-    /// Sum of the quantities that decide the wrench and the mass estimate: finite if they all are.
-    #[inline(always)]
-    pub fn sum(&self) -> f32 {
-        self.force.thrust + self.force.inverse_mass_rate
-    }
-
     /// What steps 1 to 3 show an observer; the controller adds its own.
     pub fn intermediates(&self, law: &Cascade, state: &CascadeState) -> Intermediates {
         let Self { force, desired, virtual_rate, .. } = self;

@@ -21,17 +21,37 @@ use glam::{Mat3, Quat, Vec3};
 use super::Cascade;
 use super::attitude::DesiredAttitude;
 use super::force::ForceCommand;
+use crate::controller::Auxiliary;
 use crate::rotation::{quaternion_rate, transpose_mul, vector_part};
 
 /// What the auxiliary system of controller 2 contributes, in body axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AuxiliaryTerms {
     /// `o = R_ta^T W_a` [rad/s].
-    pub rate_body: Vec3,
+    rate_body: Vec3,
+    /// `R o = R_a W_a`, the same in world axes [rad/s].
+    pub rate_world: Vec3,
     /// `k5 E = k5 R_ta^T eps_a` [rad/s].
-    pub virtual_rate: Vec3,
+    virtual_rate: Vec3,
     /// `(k5 E)'` [rad/s^2].
-    pub virtual_rate_dot: Vec3,
+    virtual_rate_dot: Vec3,
+}
+
+impl AuxiliaryTerms {
+    /// From the auxiliary system, `R(q)` and the body rate `w`.
+    #[inline(always)]
+    pub fn new(auxiliary: &Auxiliary, k5: f32, r: &Mat3, w: Vec3) -> Self {
+        let eps_body = transpose_mul(r, vector_part(auxiliary.attitude)); // E
+        let virtual_rate = k5 * eps_body;
+        let rate_body = auxiliary.rate - virtual_rate; // o
+        let own = auxiliary.attitude.w * rate_body + eps_body.cross(rate_body);
+        Self {
+            rate_body,
+            rate_world: *r * rate_body,
+            virtual_rate,
+            virtual_rate_dot: k5 * (0.5 * own - (w - rate_body).cross(eps_body)),
+        }
+    }
 }
 
 /// `mu` and its derivative.
