@@ -157,7 +157,7 @@ impl TrackingController for RobustAdaptive {
         let evaluation = self.cascade.evaluate(&state.cascade, &input, vehicle, reference, None);
         let law = self.law(state, &evaluation, vehicle.rate_body);
         let sum = (law.torque + law.inertia_rate).element_sum();
-        if !evaluation.is_usable(vehicle.rate_body, sum) {
+        if !evaluation.is_usable(law.rate_error, sum) {
             return self.cascade.hold(&mut state.cascade, vehicle, reference);
         }
         observe(&Intermediates {

@@ -16,7 +16,7 @@
 //! ```
 //! `q_a` moves with the world-frame rate `R_a W_a = R o`, where `o = w_a - k5 R^T eps_a`.
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{Quat, Vec3};
 
 use crate::adaptation::Estimate;
 use crate::cascade::{Cascade, CascadeState, Evaluation};
@@ -26,7 +26,7 @@ use crate::controller::{
 };
 use crate::error::{Bound, ConfigError, require};
 use crate::reference::Reference;
-use crate::rotation::{renormalised, transpose_mul, vector_part};
+use crate::rotation::{renormalised, rotate_back, vector_part};
 use crate::saturation::{clip, smooth_sign_value};
 use crate::vehicle::{Interval, VehicleState, WrenchBounds};
 
@@ -221,9 +221,8 @@ impl Saturated {
     ) -> StepStatus {
         let dt = self.config.step_period;
         let Auxiliary { attitude, rate } = state.auxiliary.unwrap_or(Auxiliary::REST);
-        let rate_world = evaluation.auxiliary.map_or(Vec3::ZERO, |terms| terms.rate_world);
         // q_a' = 1/2 A(q_a) W_a = 1/2 [0, R o] ⊗ q_a (38)
-        let half_turn = (0.5 * dt) * rate_world;
+        let half_turn = (0.5 * dt) * evaluation.virtual_rate.auxiliary_rate_world;
         let (eta, eps) = (attitude.w, vector_part(attitude));
         let next = eps + eta * half_turn + half_turn.cross(eps);
         let q = Quat::from_xyzw(next.x, next.y, next.z, eta - half_turn.dot(eps));
@@ -242,9 +241,8 @@ impl Saturated {
 
     /// `W_a` in its own axes, for an observer.
     fn auxiliary_attitude_rate(state: &SaturatedState, evaluation: &Evaluation) -> Vec3 {
-        let rate_world = evaluation.auxiliary.map_or(Vec3::ZERO, |terms| terms.rate_world);
-        let r_a = Mat3::from_quat(state.auxiliary.unwrap_or(Auxiliary::REST).attitude);
-        transpose_mul(&r_a, rate_world)
+        let q_a = state.auxiliary.unwrap_or(Auxiliary::REST).attitude;
+        rotate_back(q_a, evaluation.virtual_rate.auxiliary_rate_world)
     }
 }
 
@@ -303,7 +301,7 @@ impl TrackingController for Saturated {
         let law = self.law(state, &evaluation, vehicle.rate_body);
         let rates = law.inverse_inertia_rate + law.gyroscopic_ratio_rate;
         let sum = (law.torque_demand + rates).element_sum();
-        if !evaluation.is_usable(vehicle.rate_body, sum) {
+        if !evaluation.is_usable(law.rate_error, sum) {
             return self.cascade.hold(&mut state.cascade, vehicle, reference);
         }
         observe(&Intermediates {

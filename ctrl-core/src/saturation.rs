@@ -42,7 +42,7 @@ impl Response {
 #[inline(always)]
 #[must_use]
 pub fn sigma(x: Vec3, limit: f32) -> Response {
-    let tanh = Vec3::new(tanh(x.x), tanh(x.y), tanh(x.z));
+    let tanh = tanh_each(x);
     let slope = limit * (1.0 - tanh * tanh);
     Response { value: limit * tanh, slope, curvature: -2.0 * tanh * slope }
 }
@@ -97,18 +97,23 @@ pub fn clip_between(x: f32, lower: f32, upper: f32) -> f32 {
 #[inline(always)]
 #[must_use]
 pub fn tanh(x: f32) -> f32 {
+    tanh_each(Vec3::splat(x)).x
+}
+
+/// [`tanh`] of each element; the three share the loads of the coefficients.
+#[inline(always)]
+fn tanh_each(x: Vec3) -> Vec3 {
     /// Square of the end of the fitted range.
     const RANGE_SQUARED: f32 = 7.8 * 7.8;
     const P: [f32; 5] = [5024.807, 639.6316, 13.637163, 0.0366609, -3.209_071_3e-5];
     const Q: [f32; 3] = [5024.808, 2314.5605, 115.19264];
 
     let y = x * x;
-    if y > RANGE_SQUARED {
-        return 1.0_f32.copysign(x);
-    }
     let p = (((P[4] * y + P[3]) * y + P[2]) * y + P[1]) * y + P[0];
     let q = ((y + Q[2]) * y + Q[1]) * y + Q[0];
-    x * p / q
+    let t = x * p / q;
+    let limited = |y: f32, t: f32, x: f32| if y > RANGE_SQUARED { 1.0_f32.copysign(x) } else { t };
+    Vec3::new(limited(y.x, t.x, x.x), limited(y.y, t.y, x.y), limited(y.z, t.z, x.z))
 }
 
 #[cfg(test)]

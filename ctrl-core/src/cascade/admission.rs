@@ -12,12 +12,9 @@ use crate::reference::Reference;
 use crate::rotation::renormalised;
 use crate::vehicle::VehicleState;
 
-/// Squares of position, velocity or their errors [m, m/s] and body rate [rad/s] that sum to more
-/// than this are no state of a vehicle; NaN and infinities do not compare as smaller either.
-const SQUARE_MAX: f32 = 1e14;
-
-/// The same for the sum of all components of a reference.
-const REFERENCE_SUM_MAX: f32 = 1e9;
+/// Squares [SI units] of state, reference or errors that sum to more than this are nothing a vehicle
+/// can follow: 1,000 km, 1,000 km/s. NaN and infinities do not compare as smaller either.
+const SQUARE_MAX: f32 = 1e12;
 
 /// How far `|q|^2` may be from one before the status says so.
 const UNIT_TOLERANCE: f32 = 0.02;
@@ -83,7 +80,7 @@ impl Cascade {
             + vehicle.velocity_world.length_squared()
             + vehicle.rate_body.length_squared();
         let state_in_range = square < SQUARE_MAX && renormalised(vehicle.attitude).is_some();
-        let reference_in_range = sum(reference).abs() < REFERENCE_SUM_MAX;
+        let reference_in_range = square_sum(reference) < SQUARE_MAX;
         status.set(StepStatus::STATE_INVALID, !state_in_range);
         status.set(StepStatus::REFERENCE_INVALID, !reference_in_range);
         status.set(StepStatus::RESULT_INVALID, state_in_range && reference_in_range);
@@ -93,21 +90,20 @@ impl Cascade {
 }
 
 impl Evaluation {
-    /// Whether errors and body rate `w` are in range and every result is finite; `step_4` is a sum
-    /// of the results of step 4, so not finite if one of them is not.
+    /// Whether all errors are in range and every result is finite; `step_4` is a sum of the results
+    /// of step 4, so not finite if one of them is not.
     #[inline(always)]
-    pub fn is_usable(&self, w: Vec3, step_4: f32) -> bool {
+    pub fn is_usable(&self, rate_error: Vec3, step_4: f32) -> bool {
         let square = self.force.position_error.length_squared()
             + self.force.velocity_error.length_squared()
-            + w.length_squared();
+            + rate_error.length_squared();
         let sum = self.force.thrust + self.force.inverse_mass_rate + step_4;
         square + 0.0 * sum < SQUARE_MAX // 0 times an infinity is NaN
     }
 }
 
-/// Sum of all components.
-#[inline(always)]
-fn sum(reference: &Reference) -> f32 {
+/// Sum of the squares of all components.
+fn square_sum(reference: &Reference) -> f32 {
     let Reference {
         position_world,
         velocity_world,
@@ -118,7 +114,12 @@ fn sum(reference: &Reference) -> f32 {
         left_rate_world,
         left_acceleration_world,
     } = reference;
-    let motion = (position_world + velocity_world) + (acceleration_world + jerk_world) + snap_world;
-    let heading = (left_world + left_rate_world) + left_acceleration_world;
-    (motion + heading).element_sum()
+    position_world.length_squared()
+        + velocity_world.length_squared()
+        + acceleration_world.length_squared()
+        + jerk_world.length_squared()
+        + snap_world.length_squared()
+        + left_world.length_squared()
+        + left_rate_world.length_squared()
+        + left_acceleration_world.length_squared()
 }

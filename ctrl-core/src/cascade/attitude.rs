@@ -26,11 +26,11 @@
 //! s' = rho w_d.y + b.z     rho' = b.x - s w_d.y
 //! ```
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Quat, Vec3};
 
 use crate::jet::Jet;
 use crate::reference::Reference;
-use crate::rotation::transpose_mul;
+use crate::rotation::{rotate, rotate_back, transpose_mul};
 use crate::sqrt::sqrt;
 
 /// Sine of the angle between `r3` and `B` below which the lateral axis counts as undefined.
@@ -59,7 +59,7 @@ fn heading_normal(reference: &Reference) -> Jet<Vec3> {
     reference.left().cross(reference.specific_force())
 }
 
-/// Evaluates step 2. `held_lateral` is the last `r2`; `auxiliary` is `R_a`, which counts as constant
+/// Evaluates step 2. `held_lateral` is the last `r2`; `auxiliary` is `q_a`, which counts as constant
 /// when `R_d` is differentiated (departure 12 of `docs/theory.md`).
 #[inline(always)]
 pub(crate) fn desired_attitude(
@@ -67,11 +67,11 @@ pub(crate) fn desired_attitude(
     n: f32,
     reference: &Reference,
     held_lateral: Vec3,
-    auxiliary: Option<&Mat3>,
+    auxiliary: Option<Quat>,
 ) -> DesiredAttitude {
     let inverse_n = 1.0 / n;
     let r3_world = u.value * inverse_n;
-    let r3 = auxiliary.map_or(r3_world, |r_a| transpose_mul(r_a, r3_world));
+    let r3 = auxiliary.map_or(r3_world, |q_a| rotate_back(q_a, r3_world));
     let normal = heading_normal(reference);
 
     let lateral = r3.cross(normal.value);
@@ -86,8 +86,8 @@ pub(crate) fn desired_attitude(
     };
     let r1 = r2.cross(r3); // (23)
     let frame = Mat3::from_cols(r1, r2, r3);
-    let axes_world = auxiliary.map_or(frame, |r_a| {
-        let r2_world = *r_a * r2;
+    let axes_world = auxiliary.map_or(frame, |q_a| {
+        let r2_world = rotate(q_a, r2);
         Mat3::from_cols(r2_world.cross(r3_world), r2_world, r3_world)
     });
 

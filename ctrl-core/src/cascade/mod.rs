@@ -6,13 +6,12 @@ mod force;
 mod rate;
 mod validation;
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{Quat, Vec3};
 
 pub(crate) use admission::Admitted;
 use attitude::{DesiredAttitude, desired_attitude};
 use force::{ForceCommand, force_command};
-use rate::virtual_rate;
-pub(crate) use rate::{AuxiliaryTerms, VirtualRate};
+use rate::{AuxiliaryTerms, VirtualRate, virtual_rate};
 pub(crate) use validation::require_integrable;
 
 use crate::adaptation::Estimate;
@@ -20,7 +19,7 @@ use crate::config::CascadeGains;
 use crate::controller::{Auxiliary, Intermediates, StepOutput, StepStatus};
 use crate::error::{Bound, ConfigError, require};
 use crate::reference::Reference;
-use crate::rotation::{from_axes, inverse_mul, nearest_sign};
+use crate::rotation::{from_axes, inverse_mul, nearest_sign, transpose_mul, vector_part};
 use crate::saturation::clip_between;
 use crate::vehicle::{InitialEstimate, Uncertainty, VehicleState, Wrench, WrenchBounds};
 
@@ -66,8 +65,6 @@ pub(crate) struct CascadeState {
 pub(crate) struct Evaluation {
     pub attitude_error: Quat,
     pub virtual_rate: VirtualRate,
-    /// The auxiliary system's terms, unless it is at rest.
-    pub auxiliary: Option<AuxiliaryTerms>,
     pub status: StepStatus,
     force: ForceCommand,
     desired: DesiredAttitude,
@@ -134,16 +131,19 @@ impl Cascade {
         let (beta, w) = (state.inverse_mass.value(), vehicle.rate_body);
         let delta_squared = state.smoothing + self.floor_translation;
         let force = force_command(self, beta, delta_squared, vehicle, &input.r, reference);
-        let terms = auxiliary.map(|(at, k5)| AuxiliaryTerms::new(at, k5, &input.r, w));
-        let r_a = auxiliary.map(|(at, _)| Mat3::from_quat(at.attitude));
-        let desired = desired_attitude(&force.u, force.n, reference, state.lateral, r_a.as_ref());
+        let terms = auxiliary.map(|(at, k5)| {
+            let eps_body = transpose_mul(&input.r, vector_part(at.attitude));
+            AuxiliaryTerms { eta: at.attitude.w, eps_body, rate: at.rate, k5 }
+        });
+        let q_a = auxiliary.map(|(at, _)| at.attitude);
+        let desired = desired_attitude(&force.u, force.n, reference, state.lateral, q_a);
         let q_d = from_axes(&desired.axes_world);
         let (q_e, flipped) = nearest_sign(inverse_mul(q_d, input.attitude), state.attitude_error);
         let virtual_rate = virtual_rate(self, &force, &desired, q_e, w, terms.as_ref());
         let mut status = input.status;
         status.set(StepStatus::HEADING_HELD, desired.held);
         status.set(StepStatus::SIGN_FLIPPED, flipped);
-        Evaluation { attitude_error: q_e, virtual_rate, auxiliary: terms, status, force, desired }
+        Evaluation { attitude_error: q_e, virtual_rate, status, force, desired }
     }
 
     /// Commits one step: what steps 1 to 3 remember, and the wrench with thrust inside its bounds.
