@@ -5,6 +5,7 @@
 
 pub mod cli;
 pub mod closed_loop;
+pub mod figure;
 pub mod guarantee;
 pub mod plant;
 pub mod progress;
