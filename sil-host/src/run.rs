@@ -1,6 +1,7 @@
 //! `run`: flies scenarios, checks their guarantees and writes their results.
 
 use std::fmt;
+use std::io;
 use std::path::PathBuf;
 
 use crate::cli::RunArguments;
@@ -9,6 +10,7 @@ use crate::guarantee::Guarantees;
 use crate::guarantee::lyapunov::Evaluator;
 use crate::progress::Progress;
 use crate::report::{self, Outcome};
+use crate::results::Results;
 use crate::sample::Sample;
 use crate::scenario::{LoadedScenario, ScenarioError};
 
@@ -70,21 +72,27 @@ pub fn run(arguments: &RunArguments) -> Result<bool, RunError> {
 struct Watch {
     evaluator: Evaluator,
     guarantees: Guarantees,
+    results: Results,
 }
 
 impl Observer for Watch {
     fn observe(&mut self, sample: &Sample) {
         let evaluation = self.evaluator.evaluate(sample);
         self.guarantees.observe(sample, &evaluation);
+        self.results.observe(sample, &evaluation);
     }
 }
 
 fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, RunError> {
     let scenario = loaded.scenario();
     let parameters = scenario.vehicle.into();
+    let directory = arguments.out.join(&scenario.name);
+    let unwritable = |error: io::Error| RunError::Output(directory.clone(), error.to_string());
+    let every = u64::from(arguments.trace_every.get());
     let mut watch = Watch {
         evaluator: Evaluator::new(&scenario.controller, &parameters),
         guarantees: Guarantees::new(&scenario.guarantees, &scenario.controller, &parameters),
+        results: Results::create(&directory, scenario, every).map_err(unwritable)?,
     };
     let mut flight = loaded.flight()?;
     let ticks = scenario.ticks();
@@ -98,13 +106,15 @@ fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, Run
         flown += now;
         progress.advance(now);
     }
-    Ok(Outcome {
+    let outcome = Outcome {
         name: scenario.name.clone(),
         description: scenario.description.clone(),
         broken_assumptions: scenario.broken_assumptions(),
         verdicts: watch.guarantees.verdicts(),
         flight_time: scenario.duration,
         wall_time: progress.finish().as_secs_f64(),
-        directory: arguments.out.join(&scenario.name),
-    })
+        directory: directory.clone(),
+    };
+    watch.results.finish(scenario, &outcome).map_err(unwritable)?;
+    Ok(outcome)
 }
