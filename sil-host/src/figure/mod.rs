@@ -3,6 +3,7 @@
 pub mod axis;
 pub mod catalogue;
 pub mod panel;
+mod quantity;
 pub mod record;
 pub mod svg;
 
@@ -35,11 +36,12 @@ const TOP: f64 = 84.0;
 const BOTTOM: f64 = 48.0;
 
 impl Figure {
-    /// The SVG document; `scope` makes its ids unique on a page that shows several.
+    /// The SVG document for the scenario `scope`, whose name keeps its ids unique on a page.
     #[must_use]
     pub fn svg(&self, scope: &str) -> String {
         let mut svg = Svg::new(WIDTH, TOP + self.height + BOTTOM, &self.title);
         svg.text((14.0, 25.0), Font::new(16.0, "start").bold(), &self.title);
+        svg.text((WIDTH - 20.0, 25.0), Font::new(13.0, "end").fill("#777777"), scope);
         self.draw_legend(&mut svg);
         let shares: f64 = self.panels.iter().map(|(share, _)| share).sum();
         let room = WIDTH - 20.0 - GUTTER * self.panels.len() as f64;

@@ -21,31 +21,36 @@ pub struct Style {
     pub width: f64,
     /// SVG dash pattern; empty for a solid line.
     pub dashes: &'static str,
+    /// From 0, unseen, to 1, opaque.
+    pub opacity: f64,
 }
 
 impl Style {
     /// A solid line.
     #[must_use]
     pub const fn solid(colour: &'static str) -> Self {
-        Self { colour, width: 1.3, dashes: "" }
+        Self { colour, width: 1.3, dashes: "", opacity: 1.0 }
     }
 
     /// A dashed line.
     #[must_use]
     pub const fn dashed(colour: &'static str) -> Self {
-        Self { colour, width: 1.3, dashes: "5 4" }
+        Self { colour, width: 1.3, dashes: "5 4", opacity: 1.0 }
     }
 
     /// As SVG attributes.
     #[must_use]
     pub fn attributes(self) -> String {
-        let Self { colour, width, dashes } = self;
+        let Self { colour, width, dashes, opacity } = self;
         let dashes = if dashes.is_empty() {
             String::new()
         } else {
             format!(" stroke-dasharray=\"{dashes}\"")
         };
-        format!("stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dashes}")
+        format!(
+            "stroke=\"{colour}\" stroke-width=\"{width}\" stroke-opacity=\"{opacity}\" \
+             stroke-linejoin=\"round\"{dashes}"
+        )
     }
 }
 
@@ -75,6 +80,8 @@ pub struct Panel {
     pub guides: Vec<Guide>,
     /// Places to mark, with a name.
     pub marks: Vec<((f64, f64), &'static str)>,
+    /// Whether a unit is as long on both axes; the shorter one is extended.
+    pub equal: bool,
 }
 
 /// The frame of a panel on the page [px].
@@ -97,6 +104,14 @@ const LABEL: Font = Font::new(12.0, "middle");
 impl Panel {
     /// Draws it; `id` names it on its page.
     pub fn draw(&self, svg: &mut Svg, frame: Frame, id: &str) {
+        if self.equal {
+            let mut fitted = Self { equal: false, ..self.clone() };
+            let unit = ((self.x.upper - self.x.lower) / frame.width)
+                .max((self.y.upper - self.y.lower) / frame.height);
+            fitted.x.widen(unit * frame.width);
+            fitted.y.widen(unit * frame.height);
+            return fitted.draw(svg, frame, id);
+        }
         let Frame { left, top, width, height } = frame;
         self.draw_x_axis(svg, frame);
         self.draw_y_axis(svg, frame);
@@ -137,7 +152,7 @@ impl Panel {
 
     fn draw_y_axis(&self, svg: &mut Svg, frame: Frame) {
         let Frame { left, top, width, height } = frame;
-        let (ticks, exponent) = self.y.ticks((height / 42.0).clamp(2.0, 8.0));
+        let (ticks, exponent) = self.y.ticks((height / 34.0).clamp(2.0, 8.0));
         let mut widest = 0;
         for (value, label) in ticks {
             let (_, y) = self.place(frame, (self.x.lower, value));

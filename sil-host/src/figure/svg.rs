@@ -171,8 +171,13 @@ fn subscripts(text: &str, size: f64) -> String {
             set,
             "<tspan font-size=\"{small:.1}\" dy=\"{drop:.1}\">{}</tspan><tspan dy=\"-{drop:.1}\">{}</tspan>",
             escape(below),
-            // An empty span would not move the pen back: a zero-width space does.
-            if after.is_empty() { "\u{200b}".to_owned() } else { escape(after) },
+            // A space at the start of a span may be dropped, and an empty span does not move the pen
+            // back: a no-break and a zero-width space do.
+            match after.strip_prefix(' ') {
+                Some(rest) => format!("\u{a0}{}", escape(rest)),
+                None if after.is_empty() => "\u{200b}".to_owned(),
+                None => escape(after),
+            },
         );
     }
     set
