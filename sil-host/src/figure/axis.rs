@@ -29,11 +29,11 @@ impl Axis {
         Self { label: label.to_owned(), lower, upper, scale: Scale::Linear }
     }
 
-    /// Around all `values` with 6 % room on both sides; never empty.
+    /// Around all `values` with 8 % room on both sides; never empty.
     #[must_use]
     pub fn around(label: &str, values: impl Iterator<Item = f64>) -> Self {
         let (lower, upper) = span(values);
-        let room = if upper > lower { 0.06 * (upper - lower) } else { 0.5 * upper.abs().max(1e-6) };
+        let room = if upper > lower { 0.08 * (upper - lower) } else { 0.5 * upper.abs().max(1e-6) };
         Self::exact(label, lower - room, upper + room)
     }
 
@@ -123,7 +123,7 @@ fn common_exponent(magnitude: f64) -> i32 {
     if (1e-2..1e4).contains(&magnitude) || magnitude == 0.0 {
         0
     } else {
-        3 * (magnitude.log10() / 3.0).floor() as i32
+        3 * ((magnitude.log10() + 1.0) / 3.0).floor() as i32
     }
 }
 
@@ -155,7 +155,7 @@ mod tests {
         assert_eq!(text(&Axis::exact("", 0.0, 200.0)), "0 50 100 150 200");
         assert_eq!(text(&Axis::exact("", -0.055, 0.055)), "−0.04 −0.02 0.00 0.02 0.04");
         let small = Axis::exact("", -2.1e-4, 3e-4);
-        assert_eq!((text(&small).as_str(), labels(&small).1), ("−200 −100 0 100 200 300", -6));
+        assert_eq!((text(&small).as_str(), labels(&small).1), ("−0.2 −0.1 0.0 0.1 0.2 0.3", -3));
     }
 
     #[test]

@@ -4,8 +4,8 @@
 use super::Figure;
 use super::panel::{Guide, Panel, Style};
 use super::quantity::{
-    AXES, BLUE, GREY, ORANGE, PURPLE, Quantity, bound, first, ground_track, height, path_styles,
-    vector, vector_legend,
+    AXES, BLUE, GREY, ORANGE, PURPLE, Quantity, first, ground_track, height, lower_bound,
+    path_styles, upper_bound, vector, vector_legend,
 };
 use super::record::{Recorder, channel};
 use crate::plant::PlantParameters;
@@ -77,11 +77,11 @@ fn position_error(recorder: &Recorder) -> Figure {
 fn attitude_error(recorder: &Recorder) -> Figure {
     let [x, y, z] = vector(channel::ATTITUDE_ERROR + 1);
     let eta = (channel::ATTITUDE_ERROR, Style::solid(PURPLE));
-    let mut panels = Quantity::new("q_{e}  [-]", &[eta, x, y, z]).panels(recorder, false);
-    if let (Some(settled), Some(last)) = (&recorder.settled, panels.last_mut()) {
-        // eta is one to many digits: only the vector part still shows something.
-        let vector = Quantity::new("ε_{e}  [-]", &[x, y, z]);
-        last.1 = vector.panel(settled, "after settling", false);
+    // Next to eta, small vector parts would not be seen: only the first panel shows it.
+    let mut panels = Quantity::new("ε_{e}  [-]", &[x, y, z]).panels(recorder, false);
+    let all = Quantity::new("q_{e}  [-]", &[eta, x, y, z]);
+    if let Some((_, panel)) = panels.first_mut() {
+        *panel = all.panel(&recorder.whole, "whole flight", false);
     }
     let mut legend = vec![(eta.1, "η_{e}".to_owned())];
     legend.extend(vector_legend(["ε_{e,x}", "ε_{e,y}", "ε_{e,z}"]));
@@ -90,10 +90,10 @@ fn attitude_error(recorder: &Recorder) -> Figure {
 
 fn thrust(recorder: &Recorder, controller: &ControllerConfig) -> Figure {
     let mut guides = vec![
-        bound(controller.thrust_lower_bound(), "lower bound (19)"),
-        bound(controller.thrust_upper_bound(), "upper bound (20)"),
+        lower_bound(controller.thrust_lower_bound(), "lower bound (19)"),
+        upper_bound(controller.thrust_upper_bound(), "upper bound (20)"),
     ];
-    guides.extend(controller.thrust_max().map(|limit| bound(limit, "M_{f}")));
+    guides.extend(controller.thrust_max().map(|limit| lower_bound(limit, "M_{f}")));
     let style = Style::solid(BLUE);
     let quantity = Quantity::new("f  [N]", &[(channel::THRUST, style)]).with_guides(guides);
     let legend = vec![(style, "f".to_owned())];
@@ -103,7 +103,7 @@ fn thrust(recorder: &Recorder, controller: &ControllerConfig) -> Figure {
 fn torque_quantity(controller: &ControllerConfig) -> Quantity {
     // Three dense lines on top of each other: let those below shine through.
     let translucent = |(channel, style)| (channel, Style { width: 1.0, opacity: 0.75, ..style });
-    let bounds = |limit| [bound(limit, "M_{τ}"), bound(-limit, "\u{2212}M_{τ}")];
+    let bounds = |limit| [upper_bound(limit, "M_{τ}"), lower_bound(-limit, "\u{2212}M_{τ}")];
     Quantity::new("τ  [N m]", &vector(channel::TORQUE).map(translucent))
         .with_guides(controller.torque_max().into_iter().flat_map(bounds))
 }
@@ -135,16 +135,16 @@ fn estimates(
     vehicle: &PlantParameters,
 ) -> Figure {
     let known = controller.uncertainty();
-    let truth = |value, label: &str, colour| Guide { value, label: label.to_owned(), colour };
+    let truth = |value, label: &str, colour| Guide { colour, ..lower_bound(value, label) };
     let mass_style = Style::solid(PURPLE);
     let mass = Quantity::new("mass  [kg]", &[(channel::MASS, mass_style)]).with_guides([
         truth(vehicle.mass, "true mass", GREY),
-        bound(known.mass.lower.into(), "m_{lo}"),
-        bound(known.mass.upper.into(), "m_{hi}"),
+        lower_bound(known.mass.lower.into(), "m_{lo}"),
+        upper_bound(known.mass.upper.into(), "m_{hi}"),
     ]);
     let mut guides = vec![
-        bound(known.inertia.lower.into(), "J_{lo}"),
-        bound(known.inertia.upper.into(), "J_{hi}"),
+        lower_bound(known.inertia.lower.into(), "J_{lo}"),
+        upper_bound(known.inertia.upper.into(), "J_{hi}"),
     ];
     let names = ["true J_{x}", "true J_{y}", "true J_{z}"];
     for ((value, label), colour) in vehicle.inertia.to_array().into_iter().zip(names).zip(AXES) {
@@ -171,7 +171,8 @@ fn lyapunov(recorder: &Recorder, controller: &ControllerConfig) -> Figure {
         ControllerConfig::Saturated(_) => "V_{5}",
     };
     let (style, state_style) = (Style::solid(BLUE), Style::solid(ORANGE));
-    let total = Quantity::new(&format!("{name}  [-]"), &[(channel::LYAPUNOV, style)]);
+    let change_label = format!("{name} \u{2212} {name}(0)  [-]");
+    let total = Quantity::new(&change_label, &[(channel::LYAPUNOV, style)]);
     let state_label = format!("{name} without parameter terms  [-]");
     let state = Quantity::new(&state_label, &[(channel::LYAPUNOV_STATE, state_style)]);
     let panels = vec![
@@ -180,7 +181,7 @@ fn lyapunov(recorder: &Recorder, controller: &ControllerConfig) -> Figure {
         (1.0, state.decades(&recorder.whole, "whole flight")),
     ];
     let legend = vec![
-        (style, format!("{name}, all terms")),
+        (style, format!("{name}, all terms, since the start")),
         (state_style, format!("{name} without the terms of the parameter errors")),
     ];
     figure("lyapunov", "Lyapunov function from the plant's truth", legend, panels)

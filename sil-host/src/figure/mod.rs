@@ -59,7 +59,11 @@ impl Figure {
     fn draw_legend(&self, svg: &mut Svg) {
         let mut x = 16.0;
         for (style, label) in &self.legend {
-            svg.line((x, 45.0), (x + 26.0, 45.0), &Style { width: 2.2, ..*style }.attributes());
+            svg.line(
+                (x, 45.0),
+                (x + 26.0, 45.0),
+                &Style { width: style.width.max(2.2), ..*style }.attributes(),
+            );
             svg.text((x + 32.0, 49.0), Font::new(13.0, "start"), label);
             x += 32.0 + text_width(label, 13.0) + 24.0;
         }

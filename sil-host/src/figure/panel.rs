@@ -63,6 +63,8 @@ pub struct Guide {
     pub label: String,
     /// Colour.
     pub colour: &'static str,
+    /// Whether the name stands below the line.
+    pub below: bool,
 }
 
 /// One coordinate system.
@@ -178,8 +180,8 @@ impl Panel {
             let (_, y) = self.place(frame, (self.x.lower, guide.value));
             let right = frame.left + frame.width;
             svg.line((frame.left, y), (right, y), &Style::dashed(guide.colour).attributes());
-            let above = y - 5.0 > frame.top + 10.0;
-            let at = (right - 5.0, if above { y - 5.0 } else { y + 14.0 });
+            let below = guide.below || y < frame.top + 15.0;
+            let at = (right - 5.0, if below { y + 14.0 } else { y - 5.0 });
             halo(svg, at, Font::new(11.5, "end").fill(guide.colour), &guide.label);
         }
     }

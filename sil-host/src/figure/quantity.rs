@@ -86,14 +86,19 @@ pub(super) fn vector_legend(names: [&str; 3]) -> Vec<(Style, String)> {
     AXES.into_iter().zip(names).map(|(c, name)| (Style::solid(c), name.to_owned())).collect()
 }
 
-/// A bound.
-pub(super) fn bound(value: f64, label: &str) -> Guide {
-    Guide { value, label: label.to_owned(), colour: RED }
+/// A lower bound, named above its line.
+pub(super) fn lower_bound(value: f64, label: &str) -> Guide {
+    Guide { value, label: label.to_owned(), colour: RED, below: false }
 }
 
-/// Styles of the flown and of the reference path.
+/// An upper bound, named below its line.
+pub(super) fn upper_bound(value: f64, label: &str) -> Guide {
+    Guide { below: true, ..lower_bound(value, label) }
+}
+
+/// Styles of the flown path and of the reference, a pale road under it.
 pub(super) fn path_styles() -> [Style; 2] {
-    [Style::solid(BLUE), Style { width: 1.6, ..Style::dashed(ORANGE) }]
+    [Style::solid("#222222"), Style { width: 4.0, ..Style::solid("#9BD0F2") }]
 }
 
 /// Both ways over the ground, to the same scale in both directions.

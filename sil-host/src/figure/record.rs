@@ -28,7 +28,7 @@ pub mod channel {
     pub const AUXILIARY_RATE: usize = 18;
     /// Angle of `q_a` [rad].
     pub const AUXILIARY_ANGLE: usize = 21;
-    /// V.
+    /// V less its first value.
     pub const LYAPUNOV: usize = 22;
     /// V without its parameter terms.
     pub const LYAPUNOV_STATE: usize = 23;
@@ -127,6 +127,8 @@ pub struct Recorder {
     pub transient: Window,
     /// What follows the settling time, if anything does.
     pub settled: Option<Window>,
+    /// V at the first tick.
+    first_lyapunov: Option<f64>,
 }
 
 /// Length of the enlarged start of the flight [s].
@@ -142,12 +144,15 @@ impl Recorder {
             whole: Window::new(0.0, duration, 480),
             transient: Window::new(0.0, duration.min(TRANSIENT), 320),
             settled: settled.then(|| Window::new(settle_time, duration, 280)),
+            first_lyapunov: None,
         }
     }
 
     /// Takes in one tick.
     pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        let values = values(sample, evaluation);
+        let mut values = values(sample, evaluation);
+        let first = *self.first_lyapunov.get_or_insert(evaluation.value);
+        values[channel::LYAPUNOV] = (evaluation.value - first) as f32;
         self.whole.push(sample, &values);
         self.transient.push(sample, &values);
         if let Some(settled) = &mut self.settled {
@@ -172,7 +177,6 @@ fn values(sample: &Sample, evaluation: &Evaluation) -> [f32; channel::COUNT] {
     put(channel::THRUST, sample.output.wrench.thrust.into());
     put(channel::MASS, 1.0 / f64::from(sample.estimates.inverse_mass));
     put(channel::AUXILIARY_ANGLE, rotation_angle(sample.auxiliary.attitude.as_dquat()));
-    put(channel::LYAPUNOV, evaluation.value);
     put(channel::LYAPUNOV_STATE, evaluation.value - evaluation.parameter_part);
     put(channel::TILT, tilt_error(sample.truth.attitude, &sample.reference));
     put(channel::HEADING, heading_error(sample.truth.attitude, &sample.reference));

@@ -117,7 +117,7 @@ impl Svg {
             format!(" transform=\"rotate({angle} {x:.1} {y:.1})\"")
         };
         self.put(format_args!(
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\" \
+            "<text xml:space=\"preserve\" x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\" \
              fill=\"{fill}\" font-weight=\"{weight}\"{turn}>{}</text>",
             subscripts(content, size)
         ));
@@ -171,13 +171,8 @@ fn subscripts(text: &str, size: f64) -> String {
             set,
             "<tspan font-size=\"{small:.1}\" dy=\"{drop:.1}\">{}</tspan><tspan dy=\"-{drop:.1}\">{}</tspan>",
             escape(below),
-            // A space at the start of a span may be dropped, and an empty span does not move the pen
-            // back: a no-break and a zero-width space do.
-            match after.strip_prefix(' ') {
-                Some(rest) => format!("\u{a0}{}", escape(rest)),
-                None if after.is_empty() => "\u{200b}".to_owned(),
-                None => escape(after),
-            },
+            // An empty span does not move the pen back: a zero-width space does.
+            if after.is_empty() { "\u{200b}".to_owned() } else { escape(after) },
         );
     }
     set
