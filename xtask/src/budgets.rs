@@ -33,7 +33,7 @@ struct Row {
 /// Measures everything, prints the tables and judges.
 pub fn check() -> Result<()> {
     let text = std::fs::read_to_string(FILE).context(FILE)?;
-    let budgets: Budgets = toml::from_str(&text).context(FILE)?;
+    let budgets: Budgets = toml_edit::de::from_str(&text).context(FILE)?;
     prepare()?;
     let mut rows = Vec::new();
     for controller in CONTROLLERS {
@@ -61,7 +61,7 @@ fn print_cases(controller: &str, measurement: &Measurement) {
 
 /// Means are those of the paper's scenario, maxima those of all flights.
 fn controller_rows(subject: &'static str, measurement: &Measurement) -> Vec<Row> {
-    let Measurement { cases, flash, ram, stack, .. } = measurement;
+    let Measurement { cases, flash_step, flash, ram, stack, .. } = measurement;
     let paper = cases.iter().find(|case| case.name == "paper").unwrap_or(&cases[0]);
     let max = cases.iter().map(|case| case.instructions.2).max().unwrap_or(0);
     // The slowest step is taken to have the paper's mix of instructions.
@@ -72,6 +72,7 @@ fn controller_rows(subject: &'static str, measurement: &Measurement) -> Vec<Row>
         ("instructions_max", "", max as f64),
         ("cycles_max_estimate", "", cycles_max),
         ("period_share_estimate", "%", share),
+        ("flash_step", "B", *flash_step as f64),
         ("flash", "B", *flash as f64),
         ("ram", "B", *ram as f64),
         ("stack", "B", *stack as f64),
