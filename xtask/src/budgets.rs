@@ -6,6 +6,8 @@ use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 
 use crate::cycles::CLOCK;
+use crate::elf::Image;
+use crate::firmware;
 use crate::measurement::{Measurement, prepare};
 use crate::step_image::CONTROLLERS;
 
@@ -41,7 +43,20 @@ pub fn check() -> Result<()> {
         print_cases(controller, &measurement);
         rows.extend(controller_rows(controller, &measurement));
     }
+    firmware::build()?;
+    for (subject, outfit) in [("firmware-board", "board"), ("firmware-emulator", "emulator")] {
+        rows.extend(image_rows(subject, &firmware::read(outfit)?));
+    }
     judge(&budgets, &rows)
+}
+
+fn image_rows(subject: &'static str, image: &Image) -> [Row; 2] {
+    [("flash", image.flash), ("static_ram", image.static_ram)].map(|(quantity, value)| Row {
+        subject,
+        quantity,
+        unit: "B",
+        value: value as f64,
+    })
 }
 
 fn print_cases(controller: &str, measurement: &Measurement) {

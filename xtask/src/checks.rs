@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 
 use crate::shell::{cargo, run};
 use crate::toolchain::{TARGET, set_up};
-use crate::{budgets, machine_code};
+use crate::{budgets, firmware, machine_code};
 
 /// One thing that must succeed.
 pub struct Check {
@@ -20,21 +20,25 @@ pub const ALL: &[Check] = &[
     SET_UP,
     FORMAT,
     LINT_HOST,
-    Check { name: "clippy, target", run: lint_target },
-    Check { name: "documentation", run: documentation },
-    TESTS,
-    Check { name: "ctrl-core for the target", run: core_for_target },
-    Check { name: "machine code of the steps", run: machine_code::check_all },
-    Check { name: "budgets", run: budgets::check },
+    check("clippy, target", lint_target),
+    check("documentation", documentation),
+    check("tests", tests),
+    check("core for the target", core_for_target),
+    check("firmware images", firmware::build),
+    check("machine code of the steps", machine_code::check_all),
+    check("budgets", budgets::check),
 ];
 
 /// What to run while working.
-pub const EVERYDAY: &[Check] = &[SET_UP, FORMAT, LINT_HOST, TESTS];
+pub const EVERYDAY: &[Check] = &[SET_UP, FORMAT, LINT_HOST, check("tests", tests)];
 
-const SET_UP: Check = Check { name: "set-up", run: set_up };
-const FORMAT: Check = Check { name: "format", run: format };
-const LINT_HOST: Check = Check { name: "clippy, host", run: lint_host };
-const TESTS: Check = Check { name: "tests", run: tests };
+const SET_UP: Check = check("set-up", set_up);
+const FORMAT: Check = check("format", format);
+const LINT_HOST: Check = check("clippy, host", lint_host);
+
+const fn check(name: &'static str, run: fn() -> Result<()>) -> Check {
+    Check { name, run }
+}
 
 /// Runs `checks` until one fails, and prints how long each took.
 pub fn run_all(checks: &[Check]) -> Result<()> {
@@ -88,7 +92,11 @@ fn lint_target() -> Result<()> {
         run(&mut cargo(all.copied()))
     };
     lint(&["-p", "ctrl-core"])?;
-    lint(&["-p", "step-image"])
+    lint(&["-p", "step-image"])?;
+    for outfit in firmware::OUTFITS {
+        lint(&["-p", "firmware", "--features", outfit])?;
+    }
+    Ok(())
 }
 
 fn documentation() -> Result<()> {

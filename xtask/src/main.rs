@@ -6,6 +6,7 @@ mod checks;
 mod cycles;
 mod disassembly;
 mod elf;
+mod firmware;
 mod machine_code;
 mod measurement;
 mod profile;
