@@ -157,11 +157,12 @@ fn is_condition(rest: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::flow;
-    use crate::disassembly::Instruction;
+    use super::{CallGraph, flow};
+    use crate::disassembly::{Instruction, Listing};
+    use crate::elf::Image;
 
     fn flow_of(mnemonic: &str, operands: &str) -> anyhow::Result<Option<u64>> {
-        flow(&Instruction { mnemonic: mnemonic.into(), operands: operands.into() })
+        flow(&instruction(mnemonic, operands))
     }
 
     #[test]
@@ -197,6 +198,41 @@ mod tests {
             [("blx", "r3"), ("bx", "r0"), ("mov", "pc, r1"), ("ldr.w", "pc, [r0, r1, lsl #2]")]
         {
             assert!(flow_of(mnemonic, operands).is_err(), "{mnemonic} {operands}");
+        }
+    }
+
+    fn instruction(mnemonic: &str, operands: &str) -> Instruction {
+        Instruction { mnemonic: mnemonic.into(), operands: operands.into() }
+    }
+
+    /// `outer` calls `inner`, which ends with `last`.
+    fn stack(inner_frame: Option<u64>, last: Instruction) -> anyhow::Result<u64> {
+        let image =
+            Image::of(&[("outer", 0x10..0x14, Some(24)), ("inner", 0x20..0x24, inner_frame)]);
+        let listing = Listing::from([
+            (0x10, instruction("bl", "0x20 <inner>")),
+            (0x12, instruction("pop", "{r7, pc}")),
+            (0x20, last),
+        ]);
+        CallGraph::walk(&image, &listing, "outer")?.stack(&image)
+    }
+
+    #[test]
+    fn stack_adds_up_along_calls() {
+        assert_eq!(stack(Some(100), instruction("bx", "lr")).unwrap(), 124);
+    }
+
+    #[test]
+    fn what_has_no_bound_is_refused() {
+        for (frame, last, reason) in [
+            (None, instruction("bx", "lr"), "no stack size"),
+            (Some(8), instruction("bl", "0x20 <inner>"), "recursive"),
+            (Some(8), instruction("b", "0x10 <outer>"), "recursive"),
+            (Some(8), instruction("blx", "r3"), "indirect"),
+            (Some(8), instruction("bl", "0x40"), "where no function is"),
+        ] {
+            let error = format!("{:#}", stack(frame, last).unwrap_err());
+            assert!(error.contains(reason), "{error}");
         }
     }
 }

@@ -17,7 +17,7 @@ const STACK_MARGIN: u64 = 64;
 /// Builds images and plugin, and writes the flights.
 pub fn prepare() -> Result<()> {
     build()?;
-    run(&mut cargo(["run", "--release", "--quiet", "-p", "step-samples", "--", SAMPLES]))
+    run(&mut cargo(["run", "--quiet", "-p", "step-samples", "--", SAMPLES]))
 }
 
 /// Instructions a step in one flight.
