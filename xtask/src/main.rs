@@ -7,6 +7,8 @@ mod cycles;
 mod disassembly;
 mod elf;
 mod firmware;
+mod frames;
+mod image_stack;
 mod machine_code;
 mod measurement;
 mod profile;
@@ -53,6 +55,10 @@ fn run() -> Result<()> {
         ["test"] => checks::run_all(checks::EVERYDAY),
         ["setup"] => toolchain::set_up(),
         ["machine-code"] => machine_code::check_all(),
+        ["stack", image] => {
+            println!("{}", image_stack::worst_case(Path::new(image))?);
+            Ok(())
+        }
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),
         ["profile", controller] => profile::run(controller, "paper", 40),
