@@ -1,5 +1,6 @@
 //! Link arguments of the images, and the scenarios that they carry.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -12,10 +13,11 @@ mod vehicle;
 
 use ctrl_core::allocation::Allocator;
 use ctrl_core::controller::TrackingController;
+use ctrl_core::link::ControllerKind;
 use ctrl_core::mode::Supervisor;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
-use document::{ControllerConfig, Document};
+use document::{ControllerConfig, Document, Flown, Tuning};
 use vehicle::VehicleConfig;
 
 /// Outputs of a board; `firmware::vehicle::ROTORS`.
@@ -24,29 +26,83 @@ const ROTORS: usize = 4;
 /// Flown by the image unless the variable `GYRFALCON_SCENARIO` names another.
 const FLOWN: &str = "paper-saturated";
 
+/// Scenarios that give the numbers of the controller that the flown one does not use.
+const PAPER: [&str; 2] = ["paper-robust-adaptive", "paper-saturated"];
+
 fn main() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace").to_owned();
     link(&root);
     let directory = root.join("sil-host/scenarios");
     println!("cargo:rerun-if-changed={}", directory.display());
     println!("cargo:rerun-if-env-changed=GYRFALCON_SCENARIO");
-    let flown = env::var("GYRFALCON_SCENARIO").unwrap_or_else(|_| FLOWN.to_owned());
+    let name = env::var("GYRFALCON_SCENARIO").unwrap_or_else(|_| FLOWN.to_owned());
+    let scenarios: BTreeMap<String, Document> =
+        scenario_files(&directory).map(|(name, path)| (name, read(&path))).collect();
+    let flown = flown(&scenarios, &name);
+    let code = code(&scenarios, &name, control_rate(&flown));
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("set by Cargo"));
+    let write = |name: &str, content: &[u8]| fs::write(out.join(name), content).expect("OUT_DIR");
+    write("scenarios.rs", code.as_bytes());
+    write("flown.postcard", &postcard::to_allocvec(&flown).expect("postcard takes any"));
+    write("vehicle.postcard", &vehicle_bytes());
+}
+
+/// What the image flies, checked.
+fn flown(scenarios: &BTreeMap<String, Document>, name: &str) -> Flown {
+    let find =
+        |name: &str| scenarios.get(name).unwrap_or_else(|| panic!("no scenario is called {name}"));
+    let (mut kind, mut robust_adaptive, mut saturated) = (None, None, None);
+    for name in [name].into_iter().chain(PAPER) {
+        kind.get_or_insert(match find(name).controller {
+            ControllerConfig::RobustAdaptive(config) => {
+                robust_adaptive.get_or_insert(config);
+                ControllerKind::RobustAdaptive
+            }
+            ControllerConfig::Saturated(config) => {
+                saturated.get_or_insert(config);
+                ControllerKind::Saturated
+            }
+        });
+    }
+    let tuning = Tuning {
+        kind: kind.expect("a scenario"),
+        robust_adaptive: robust_adaptive.expect("the paper's first controller"),
+        saturated: saturated.expect("the paper's second controller"),
+    };
+    Flown { tuning, trajectory: find(name).trajectory.clone() }
+}
+
+/// Control ticks a second; both controllers must accept it, and the chosen one the trajectory.
+fn control_rate(flown: &Flown) -> u32 {
+    let Tuning { kind, robust_adaptive, saturated } = flown.tuning;
+    let period = robust_adaptive.step_period;
+    assert_eq!(period, saturated.step_period, "step periods of the two controllers");
+    let rate = (1.0 / period).round();
+    assert!((rate * period - 1.0).abs() < 1e-6, "1/step_period must be whole");
+    let robust_adaptive = RobustAdaptive::new(&robust_adaptive).expect("robust_adaptive");
+    let saturated = Saturated::new(&saturated).expect("saturated");
+    let trajectory = flown.trajectory.build(period).expect("trajectory");
+    match kind {
+        ControllerKind::RobustAdaptive => robust_adaptive.accept(&trajectory),
+        ControllerKind::Saturated => saturated.accept(&trajectory),
+    }
+    .expect("the trajectory suits the controller");
+    rate as u32
+}
+
+/// Scenarios and constants as Rust.
+fn code(scenarios: &BTreeMap<String, Document>, flown: &str, rate: u32) -> String {
     let mut code =
         "/// Every scenario, by name.\npub static SCENARIOS: &[Scenario] = &[\n".to_owned();
-    let mut constants = None;
-    for (name, path) in scenario_files(&directory) {
-        let document: Document = read(&path);
-        let bytes = postcard::to_allocvec(&document).expect("postcard takes any scenario");
+    for (name, document) in scenarios {
+        let bytes = postcard::to_allocvec(document).expect("postcard takes any");
         writeln!(code, "    Scenario {{ name: {name:?}, bytes: &{bytes:?} }},").expect("a string");
-        if name == flown {
-            constants = Some(flown_constants(&name, &document));
-        }
     }
-    code.push_str("];\n");
-    code.push_str(&constants.unwrap_or_else(|| panic!("no scenario is called {flown}")));
-    let out = PathBuf::from(env::var_os("OUT_DIR").expect("set by Cargo"));
-    fs::write(out.join("scenarios.rs"), code).expect("OUT_DIR is writable");
-    fs::write(out.join("vehicle.postcard"), vehicle_bytes()).expect("OUT_DIR is writable");
+    code + &format!(
+        "];\n\n/// Name of the scenario that this image flies.\npub const FLOWN: &str = {flown:?};\n\
+         \n/// Control ticks a second [Hz], from its step period.\n\
+         pub const CONTROL_RATE: u32 = {rate};\n"
+    )
 }
 
 /// The checked content of `vehicle.toml`.
@@ -72,56 +128,16 @@ fn link(root: &Path) {
     }
 }
 
-/// Name and path of each scenario, in order of the names.
-fn scenario_files(directory: &Path) -> Vec<(String, PathBuf)> {
+/// Name and path of each scenario.
+fn scenario_files(directory: &Path) -> impl Iterator<Item = (String, PathBuf)> {
     let entries = fs::read_dir(directory).expect("sil-host/scenarios");
     let paths = entries.map(|entry| entry.expect("sil-host/scenarios").path());
-    let mut files: Vec<_> = paths
+    paths
         .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
         .map(|path| (path.file_stem().expect("a name").to_string_lossy().into_owned(), path))
-        .collect();
-    files.sort();
-    files
 }
 
 fn read<T: serde::de::DeserializeOwned>(path: &Path) -> T {
     let text = fs::read_to_string(path).expect("a readable file");
     toml_edit::de::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
-/// What of the flown scenario is fixed in the image: controller and rate.
-fn flown_constants(name: &str, document: &Document) -> String {
-    let (module, controller, period) = match &document.controller {
-        ControllerConfig::RobustAdaptive(config) => {
-            check_flight(name, RobustAdaptive::new(config), document);
-            ("robust_adaptive", "RobustAdaptive", config.step_period)
-        }
-        ControllerConfig::Saturated(config) => {
-            check_flight(name, Saturated::new(config), document);
-            ("saturated", "Saturated", config.step_period)
-        }
-    };
-    let rate = (1.0 / period).round();
-    assert!((rate * period - 1.0).abs() < 1e-6, "{name}: 1/step_period must be whole");
-    format!(
-        "\n/// Name of the scenario that this image flies.\npub const FLOWN: &str = {name:?};\n\
-         \n/// The controller of that scenario.\n\
-         pub use ctrl_core::{module}::{controller} as Controller;\n\
-         \n/// Configuration of that controller.\n\
-         pub use ctrl_core::config::{controller}Config as Config;\n\
-         \n/// Control ticks a second [Hz], from its step period.\n\
-         pub const CONTROL_RATE: u32 = {rate};\n"
-    )
-}
-
-/// Refuses a scenario whose controller does not accept its trajectory.
-fn check_flight<C: TrackingController>(
-    name: &str,
-    controller: Result<C, ctrl_core::error::ConfigError>,
-    document: &Document,
-) {
-    let accepted = controller.and_then(|controller| {
-        controller.accept(&document.trajectory.build(controller.step_period())?)
-    });
-    accepted.unwrap_or_else(|error| panic!("{name}: {error}"));
 }

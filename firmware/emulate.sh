@@ -4,7 +4,8 @@
 #   emulate.sh IMAGE [DIRECTIVE...]      directives: see firmware/src/board/emulator.rs
 #
 # GYRFALCON_SERIAL: QEMU character device for USART2, for example tcp::5760,server=on (default null).
-# Time is virtual: 8 ns an instruction (125 MIPS, about what 168 MHz give on the chip).
+# Time is virtual and the same on every run: 8 ns an instruction, 125 MIPS, about what 168 MHz give
+# on the chip. It runs faster than the clock on the wall.
 set -eu
 image=$1
 shift
@@ -14,7 +15,7 @@ for directive in "$@"; do
 done
 emulate() {
     qemu-system-arm -machine netduinoplus2 -nodefaults -display none -monitor none \
-        -icount shift=3 -serial null -serial "${GYRFALCON_SERIAL:-null}" \
+        -icount shift=3,sleep=off -serial null -serial "${GYRFALCON_SERIAL:-null}" \
         -semihosting-config "$arguments" -kernel "$image"
 }
 if command -v defmt-print >/dev/null 2>&1; then

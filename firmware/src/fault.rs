@@ -7,11 +7,13 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
+use ctrl_core::link::{FaultKind, FaultReport, REGISTERS};
 
 use crate::board::{Active, Board};
-use crate::evidence::{Cause, Evidence, REGISTERS, WORDS};
+use crate::evidence::{self, WORDS};
 
-/// Control ticks since the start, for the evidence.
+/// Control ticks since the start. Kept over a reset, for a watchdog leaves nothing else.
+#[unsafe(link_section = ".evidence.uptime")]
 pub static UPTIME: AtomicU32 = AtomicU32::new(0);
 
 /// Memory that start-up code leaves alone (`memory.x`).
@@ -24,8 +26,29 @@ unsafe impl Sync for Kept {}
 #[unsafe(link_section = ".evidence")]
 static KEPT: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
 
+/// The fault before this boot, once: the evidence it left, or none but the watchdog's.
+pub fn fault_before_boot(watchdog_reset: bool) -> Option<FaultReport> {
+    let uptime = UPTIME.swap(0, Relaxed);
+    let watchdog = || evidence::report(FaultKind::Watchdog, uptime, [0; REGISTERS]);
+    take_evidence().or_else(|| watchdog_reset.then(watchdog))
+}
+
+/// Puts a report into the log.
+pub fn log(report: &FaultReport) {
+    defmt::error!(
+        "fault before this boot: {=str} at tick {=u32}: {=str}, line {=u32}",
+        evidence::kind_name(report.kind),
+        report.uptime_ticks,
+        report.text.as_str(),
+        report.line
+    );
+    for (name, value) in evidence::REGISTER_NAMES.iter().zip(report.registers) {
+        defmt::error!("{=str} = {=u32:#010x}", name, value);
+    }
+}
+
 /// The evidence of a fault before this boot, once.
-pub fn take_evidence() -> Option<Evidence> {
+pub fn take_evidence() -> Option<FaultReport> {
     let mut words = [0; WORDS];
     let kept = KEPT.0.get().cast::<u32>();
     for (i, word) in words.iter_mut().enumerate() {
@@ -35,19 +58,19 @@ pub fn take_evidence() -> Option<Evidence> {
         // SAFETY: as above.
         unsafe { kept.add(i).write_volatile(0) };
     }
-    Evidence::decode(&words)
+    evidence::decode(&words)
 }
 
 /// Ends every output, keeps the evidence and resets.
-fn fail(cause: Cause, registers: [u32; REGISTERS], info: Option<&PanicInfo>) -> ! {
+fn fail(kind: FaultKind, registers: [u32; REGISTERS], info: Option<&PanicInfo>) -> ! {
     cortex_m::interrupt::disable();
     Active::outputs_off();
-    let mut evidence = Evidence::new(cause, UPTIME.load(Relaxed), registers);
+    let mut report = evidence::report(kind, UPTIME.load(Relaxed), registers);
     if let Some(info) = info {
-        describe(&mut evidence, info);
+        describe(&mut report, info);
     }
     let kept = KEPT.0.get().cast::<u32>();
-    for (i, word) in evidence.encode().into_iter().enumerate() {
+    for (i, word) in evidence::encode(&report).into_iter().enumerate() {
         // SAFETY: inside the array; interrupts are off and nobody else writes here.
         unsafe { kept.add(i).write_volatile(word) };
     }
@@ -56,14 +79,14 @@ fn fail(cause: Cause, registers: [u32; REGISTERS], info: Option<&PanicInfo>) -> 
 
 /// Message and place of a panic. A message with arguments is left out, since formatting needs more
 /// stack and code than a failing program should trust; its place says what it was.
-fn describe(evidence: &mut Evidence, info: &PanicInfo) {
+fn describe(report: &mut FaultReport, info: &PanicInfo) {
     if let Some(message) = info.message().as_str() {
-        evidence.append(message);
+        evidence::append(&mut report.text, message);
     }
     if let Some(location) = info.location() {
-        evidence.append(" at ");
-        evidence.append(location.file());
-        evidence.line = location.line();
+        evidence::append(&mut report.text, " at ");
+        evidence::append(&mut report.text, location.file());
+        report.line = location.line();
     }
 }
 
@@ -79,7 +102,7 @@ fn fault_registers() -> [u32; 6] {
 fn panic(info: &PanicInfo) -> ! {
     let mut registers = [0; REGISTERS];
     registers[8..].copy_from_slice(&fault_registers());
-    fail(Cause::Panic, registers, Some(info))
+    fail(FaultKind::Panic, registers, Some(info))
 }
 
 // SAFETY: never returns, and touches only what `fail` may touch.
@@ -90,7 +113,7 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let [r0, r1, r2, r3, r12] = stacked;
     let (lr, pc, xpsr) = (frame.lr(), frame.pc(), frame.xpsr());
     let registers = [r0, r1, r2, r3, r12, lr, pc, xpsr, cfsr, hfsr, mmfar, bfar, msp, icsr];
-    fail(Cause::HardFault, registers, None)
+    fail(FaultKind::HardFault, registers, None)
 }
 
 // SAFETY: never returns, and touches only what `fail` may touch.
@@ -98,5 +121,5 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
 unsafe fn DefaultHandler(_interrupt: i16) -> ! {
     let mut registers = [0; REGISTERS];
     registers[8..].copy_from_slice(&fault_registers());
-    fail(Cause::UnexpectedInterrupt, registers, None)
+    fail(FaultKind::UnexpectedInterrupt, registers, None)
 }

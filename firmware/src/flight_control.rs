@@ -4,14 +4,17 @@
 //! copied to rotors and telemetry.
 
 use ctrl_core::allocation::{Allocator, Limited, RotorGeometry, RotorThrusts};
-use ctrl_core::controller::{StepOutput, StepStatus, TrackingController};
+use ctrl_core::controller::{StepOutput, StepStatus};
 use ctrl_core::error::ConfigError;
+use ctrl_core::link::Telemetry;
 use ctrl_core::mode::{
     Cause, Command, Conditions, Mode, Refusal, SAFE, Supervisor, SupervisorConfig, SupervisorState,
 };
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{VehicleState, Wrench};
 use glam::Vec3;
+
+use crate::law::Law;
 
 /// What one control period has to work with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,11 +56,10 @@ pub struct Outputs {
 const AT_REST: StepOutput =
     StepOutput { wrench: SAFE, torque_demand_body: Vec3::ZERO, status: StepStatus::empty() };
 
-/// Supervision, controller and allocation with their memory.
+/// Supervision, law and allocation with their memory.
 #[derive(Clone, Debug)]
-pub struct FlightControl<C: TrackingController> {
-    controller: C,
-    controller_state: C::State,
+pub struct FlightControl {
+    law: Law,
     supervisor: Supervisor,
     supervisor_state: SupervisorState,
     allocator: Allocator,
@@ -68,19 +70,18 @@ pub struct FlightControl<C: TrackingController> {
     flight_tick: u32,
 }
 
-impl<C: TrackingController> FlightControl<C> {
-    /// Puts a validated controller under supervision, disarmed.
+impl FlightControl {
+    /// Puts a law under supervision, disarmed.
     ///
     /// # Errors
     /// The parameter that supervisor or allocator refuses.
     pub fn new(
-        controller: C,
+        law: Law,
         supervisor: &SupervisorConfig,
         geometry: &RotorGeometry,
     ) -> Result<Self, ConfigError> {
         Ok(Self {
-            controller_state: controller.initial_state(),
-            controller,
+            law,
             supervisor: Supervisor::new(supervisor)?,
             supervisor_state: SupervisorState::default(),
             allocator: Allocator::new(geometry)?,
@@ -104,6 +105,31 @@ impl<C: TrackingController> FlightControl<C> {
         self.outputs(step, mode, answer)
     }
 
+    /// Flies with another law from the next start; in flight it is not taken.
+    pub fn replace_law(&mut self, law: Law) {
+        if !matches!(self.supervisor_state.mode(), Mode::Flying | Mode::Failsafe) {
+            self.law = law;
+        }
+    }
+
+    /// What a host may see of the tick that gave `outputs`; `step_cost` as the message says.
+    #[must_use]
+    pub fn telemetry(&self, outputs: &Outputs, step_cost: u32) -> Telemetry {
+        Telemetry {
+            tick: u64::from(outputs.flight_tick),
+            mode: outputs.mode,
+            cause: outputs.cause,
+            wrench: outputs.wrench,
+            torque_demand_body: outputs.step.torque_demand_body,
+            status: outputs.step.status,
+            limited: outputs.limited,
+            estimates: self.law.estimates(),
+            attitude_error: self.law.attitude_error(),
+            auxiliary: self.law.auxiliary(),
+            step_cost,
+        }
+    }
+
     /// Counts the period, obeys the command, and begins a flight afresh at its start.
     fn supervise(&mut self, inputs: &Inputs) -> Option<Result<Mode, Refusal>> {
         let sample = inputs.vehicle.filter(is_good);
@@ -121,7 +147,7 @@ impl<C: TrackingController> FlightControl<C> {
         match (before, state.mode()) {
             (Mode::Flying | Mode::Failsafe, Mode::Flying | Mode::Failsafe) => {}
             _ => {
-                self.controller_state = self.controller.initial_state();
+                self.law.reset();
                 self.flight_tick = 0;
             }
         }
@@ -130,7 +156,7 @@ impl<C: TrackingController> FlightControl<C> {
 
     fn step(&mut self, vehicle: &VehicleState, reference: &Reference) -> StepOutput {
         self.flight_tick = self.flight_tick.saturating_add(1);
-        self.controller.step(&mut self.controller_state, vehicle, reference)
+        self.law.step(vehicle, reference)
     }
 
     /// Gates the wrench and allocates it, if the rotors may turn.

@@ -1,27 +1,24 @@
 //! Short histories of control periods under the shipped vehicle and the flown scenario.
 
-use ctrl_core::saturated::Saturated;
+use ctrl_core::link::ControllerKind;
 use ctrl_core::vehicle::Wrench;
 use glam::{Quat, Vec3};
 
 use super::*;
-use crate::scenario::{ControllerConfig, Scenario};
+use crate::scenario::{Tuning, flown};
 use crate::vehicle::vehicle_config;
 
-fn controller() -> Saturated {
-    match Scenario::named("paper-saturated").unwrap().load().unwrap().controller {
-        ControllerConfig::Saturated(config) => Saturated::new(&config).unwrap(),
-        ControllerConfig::RobustAdaptive(_) => unreachable!(),
-    }
+fn law() -> Law {
+    Law::new(&Tuning { kind: ControllerKind::Saturated, ..flown().unwrap().tuning }).unwrap()
 }
 
 fn supervisor() -> SupervisorConfig {
     vehicle_config().unwrap().supervisor
 }
 
-fn new() -> FlightControl<Saturated> {
+fn new() -> FlightControl {
     let config = vehicle_config().unwrap();
-    FlightControl::new(controller(), &config.supervisor, &config.geometry).unwrap()
+    FlightControl::new(law(), &config.supervisor, &config.geometry).unwrap()
 }
 
 fn inputs() -> Inputs {
@@ -39,7 +36,7 @@ fn command(command: Command) -> Inputs {
 }
 
 /// On the ground with a fresh state, armed, then started.
-fn flying() -> FlightControl<Saturated> {
+fn flying() -> FlightControl {
     let mut flight = new();
     for _ in 0..supervisor().fresh_samples {
         flight.tick(&inputs());
@@ -69,12 +66,12 @@ fn rotors_stand_still_until_armed_and_started() {
 fn the_rotors_make_the_wrench_of_the_law() {
     let config = vehicle_config().unwrap();
     let allocator = Allocator::new(&config.geometry).unwrap();
-    let (law, mut state) = (controller(), controller().initial_state());
+    let mut law = law();
     let mut flight = flying();
-    law.step(&mut state, &inputs().vehicle.unwrap(), &inputs().reference);
+    law.step(&inputs().vehicle.unwrap(), &inputs().reference);
     for tick in 2..50 {
         let outputs = flight.tick(&inputs());
-        let expected = law.step(&mut state, &inputs().vehicle.unwrap(), &inputs().reference);
+        let expected = law.step(&inputs().vehicle.unwrap(), &inputs().reference);
         assert_eq!((outputs.step, outputs.flight_tick), (expected, tick));
         assert_eq!(outputs.limited, Limited::empty());
         let Wrench { thrust, torque_body } = allocator.wrench(&outputs.thrusts.unwrap());

@@ -8,12 +8,16 @@
 extern crate std;
 
 pub mod evidence;
+pub mod exchange;
 pub mod flight_control;
+pub mod law;
 pub mod rate_loop;
+pub mod rates;
 pub mod reference_source;
 pub mod replay;
 pub mod rotor_output;
 pub mod scenario;
+pub mod session;
 pub mod vehicle;
 
 #[cfg(all(target_os = "none", feature = "image"))]

@@ -243,6 +243,30 @@ impl RateLoop {
         self.records.iter().any(|record| record.in_a_row >= self.config.overruns_to_failsafe)
     }
 
+    /// Whether the latest control period was an overrun.
+    #[must_use]
+    pub fn control_overran(&self) -> bool {
+        self.records[Group::Control as usize].in_a_row > 0
+    }
+
+    /// Changes period [ticks] and deadline [us] of `group`, from its next release on.
+    ///
+    /// # Errors
+    /// Names what is out of its range; nothing is then changed.
+    pub fn set_period(
+        &mut self,
+        group: Group,
+        period: u32,
+        deadline: u32,
+    ) -> Result<(), RateLoopError> {
+        let config = GroupConfig { period, phase: 0, deadline };
+        check_group(group, &config, self.tick_period.get())?;
+        self.config.groups[group as usize] = config;
+        let record = &mut self.records[group as usize];
+        record.countdown = record.countdown.min(period.saturating_sub(1));
+        Ok(())
+    }
+
     /// Whether to feed the watchdog: every group has finished in time at least once, and none has
     /// overrun, since the last call that returned true or the last one that saw an overrun.
     pub fn feed_watchdog(&mut self) -> bool {

@@ -169,6 +169,35 @@ fn each_group_that_hangs_starves_the_watchdog() {
 }
 
 #[test]
+fn a_period_may_change_while_running() {
+    let mut rate_loop = new();
+    run(&mut rate_loop, 0, 10, [10; GROUPS]);
+    assert_eq!(rate_loop.set_period(Group::Telemetry, 2, 1500), Ok(()));
+    let released = |rate_loop: &mut RateLoop, tick: u32| {
+        let due = rate_loop.tick(tick * 1000).contains(Group::Telemetry);
+        Group::ALL.into_iter().for_each(|group| rate_loop.finish(group, tick * 1000 + 10));
+        due
+    };
+    let due: Vec<_> = (10..16).map(|tick| released(&mut rate_loop, tick)).collect();
+    assert_eq!(due, [false, true, false, true, false, true]);
+    let error = rate_loop.set_period(Group::Telemetry, 2, 2001);
+    assert_eq!(error, Err(RateLoopError::Deadline(Group::Telemetry)));
+    let error = rate_loop.set_period(Group::Control, 2, 500);
+    assert_eq!(error, Err(RateLoopError::Period(Group::Control)));
+}
+
+#[test]
+fn a_late_control_period_is_known_until_a_timely_one() {
+    let mut rate_loop = new();
+    let start = run(&mut rate_loop, 0, 1, [501, 10, 10, 10]);
+    assert!(rate_loop.control_overran());
+    let start = run(&mut rate_loop, start, 1, [500, 1001, 10, 10]);
+    assert!(!rate_loop.control_overran(), "another group is not control");
+    rate_loop.tick(start + 2000);
+    assert!(rate_loop.control_overran(), "ticks were lost");
+}
+
+#[test]
 fn the_clock_may_wrap() {
     let mut rate_loop = new();
     let end = run(&mut rate_loop, u32::MAX - 50_000, 100, [20; GROUPS]);

@@ -1,63 +1,73 @@
-//! Which reference is flown: the host's while it sends one, else the built-in trajectory.
+//! Which reference is flown: a trajectory of the vehicle's own, or what a host streams.
 //!
-//! The choice is made on the ground. A flight that follows the host never falls back to the
-//! built-in trajectory, which may be far away: when the host falls silent, it holds the last place.
+//! The choice is made on the ground. A flight that follows a stream holds the last place when the
+//! host falls silent.
 
 use ctrl_core::jet::Jet;
 use ctrl_core::reference::Reference;
-use ctrl_core::trajectory::Trajectory;
+use ctrl_core::trajectory::{AnyTrajectory, Trajectory};
 use glam::Vec3;
 
-/// Where the reference comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Where references come from.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to put a path on")]
 pub enum Origin {
-    /// The trajectory of the image.
-    BuiltIn,
-    /// The host.
-    Host,
-    /// The place that the host sent last.
-    Hold,
+    /// The vehicle knows the trajectory.
+    Trajectory(AnyTrajectory),
+    /// The host sends them.
+    Stream,
 }
 
-/// Chooses the reference of each tick.
+/// Gives the reference of each tick.
 #[derive(Clone, Debug)]
-pub struct ReferenceSource<T> {
-    trajectory: T,
-    timeout: u32,
-    latest: Option<Reference>,
-    age: u32,
+pub struct ReferenceSource {
     origin: Origin,
+    timeout: u32,
+    streamed: Option<Streamed>,
 }
 
-impl<T: Trajectory> ReferenceSource<T> {
-    /// Begins with `trajectory`; the host is silent when it sends nothing for `timeout` ticks.
-    pub const fn new(trajectory: T, timeout: u32) -> Self {
-        Self { trajectory, timeout, latest: None, age: 0, origin: Origin::BuiltIn }
-    }
+/// What the host sent last.
+#[derive(Clone, Copy, Debug)]
+struct Streamed {
+    reference: Reference,
+    uptime: u32,
+}
 
-    /// The reference for the tick after `flight_tick` ticks of flight (zero on the ground), with
-    /// what the host has sent since the last call.
-    pub fn next(&mut self, flight_tick: u32, received: Option<Reference>) -> Reference {
-        self.age = if received.is_some() { 0 } else { self.age.saturating_add(1) };
-        self.latest = received.or(self.latest);
-        let silent = self.latest.is_none() || self.age >= self.timeout;
-        self.origin = match (flight_tick, self.origin, silent) {
-            (0, _, true) => Origin::BuiltIn,
-            (0, _, false) | (_, Origin::Host | Origin::Hold, false) => Origin::Host,
-            (_, Origin::BuiltIn, _) => Origin::BuiltIn,
-            (_, Origin::Host | Origin::Hold, true) => Origin::Hold,
-        };
-        match (self.origin, self.latest) {
-            (Origin::Host, Some(reference)) => reference,
-            (Origin::Hold, Some(reference)) => standstill(&reference),
-            _ => self.trajectory.reference(u64::from(flight_tick)),
-        }
-    }
-
-    /// Where the latest reference came from.
+impl ReferenceSource {
+    /// A host that streams is silent when nothing has come for `timeout` ticks.
     #[must_use]
-    pub const fn origin(&self) -> Origin {
-        self.origin
+    pub const fn new(origin: Origin, timeout: u32) -> Self {
+        Self { origin, timeout, streamed: None }
+    }
+
+    /// Follows `origin` from now on.
+    pub fn select(&mut self, origin: Origin) {
+        self.origin = origin;
+        self.streamed = None;
+    }
+
+    /// Takes a reference that came at tick `uptime`.
+    pub fn receive(&mut self, reference: Reference, uptime: u32) {
+        self.streamed = Some(Streamed { reference, uptime });
+    }
+
+    /// The reference after `flight_tick` ticks of flight, zero on the ground, at tick `uptime`;
+    /// `position_world` is where the vehicle is [m], held while nothing is streamed.
+    pub fn next(&mut self, flight_tick: u32, uptime: u32, position_world: Vec3) -> Reference {
+        if let Origin::Trajectory(trajectory) = &self.origin {
+            return trajectory.reference(u64::from(flight_tick));
+        }
+        let Some(Streamed { reference, uptime: since }) = self.streamed else {
+            return Reference::hover(position_world);
+        };
+        if uptime.wrapping_sub(since) < self.timeout {
+            reference
+        } else if flight_tick > 0 {
+            standstill(&reference)
+        } else {
+            self.streamed = None; // what an earlier flight followed says nothing of the next
+            Reference::hover(position_world)
+        }
     }
 }
 
@@ -72,73 +82,61 @@ fn standstill(reference: &Reference) -> Reference {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ctrl_core::trajectory::{Circle, Hover, HoverConfig};
+    use ctrl_core::trajectory::{CircleConfig, Heading, TrajectoryConfig};
 
     const TIMEOUT: u32 = 3;
+    const HERE: Vec3 = Vec3::new(7.0, 8.0, 9.0);
 
     fn place(x: f32) -> Reference {
         Reference { velocity_world: Vec3::X, ..Reference::hover(Vec3::new(x, 0.0, 1.0)) }
     }
 
-    fn source() -> ReferenceSource<Hover> {
-        let config = HoverConfig { position_world: Vec3::new(7.0, 8.0, 9.0), yaw: 0.0 };
-        ReferenceSource::new(Hover::new(&config, 1e-3).unwrap(), TIMEOUT)
-    }
-
-    #[test]
-    fn without_a_host_the_built_in_trajectory_flies() {
-        let mut source = source();
-        for tick in 0..10 {
-            let reference = source.next(tick, None);
-            assert_eq!(reference.position_world, Vec3::new(7.0, 8.0, 9.0));
-            assert_eq!(source.origin(), Origin::BuiltIn);
-        }
-    }
-
-    #[test]
-    fn the_trajectory_is_asked_for_the_tick_of_flight() {
-        let config = ctrl_core::trajectory::CircleConfig {
+    fn circle() -> AnyTrajectory {
+        let config = CircleConfig {
             centre_world: Vec3::ZERO,
             radius: 2.0,
             angular_rate: 0.5,
-            heading: ctrl_core::trajectory::Heading::Tangent,
+            heading: Heading::Tangent,
         };
-        let circle = Circle::new(&config, 1e-3).unwrap();
-        let mut source = ReferenceSource::new(circle, TIMEOUT);
-        assert_eq!(source.next(0, None), circle.reference(0));
-        assert_eq!(source.next(1234, None), circle.reference(1234));
+        TrajectoryConfig::Circle(config).build(1e-3).unwrap()
     }
 
     #[test]
-    fn a_host_on_the_ground_is_followed_and_a_silent_one_is_held() {
-        let mut source = source();
-        assert_eq!(source.next(0, Some(place(1.0))), place(1.0));
-        assert_eq!(source.next(1, Some(place(2.0))), place(2.0));
-        assert_eq!(source.next(2, None), place(2.0), "between two messages");
-        source.next(3, None);
-        let held = source.next(4, None);
-        assert_eq!(held, Reference::hover(Vec3::new(2.0, 0.0, 1.0)));
-        assert_eq!(source.origin(), Origin::Hold);
-        assert_eq!(source.next(5, Some(place(3.0))), place(3.0), "the host is back");
+    fn a_trajectory_is_asked_for_the_tick_of_flight_and_ignores_the_stream() {
+        let mut source = ReferenceSource::new(Origin::Trajectory(circle()), TIMEOUT);
+        assert_eq!(source.next(0, 5000, HERE), circle().reference(0));
+        source.receive(place(1.0), 6233);
+        assert_eq!(source.next(1234, 6234, HERE), circle().reference(1234));
     }
 
     #[test]
-    fn a_host_that_speaks_up_in_flight_is_not_followed_until_the_next_flight() {
-        let mut source = source();
-        source.next(0, None);
-        source.next(1, Some(place(1.0)));
-        assert_eq!(source.origin(), Origin::BuiltIn);
-        assert_eq!(source.next(0, Some(place(1.0))), place(1.0));
+    fn a_stream_is_followed_and_held_when_it_ends() {
+        let mut source = ReferenceSource::new(Origin::Stream, TIMEOUT);
+        source.receive(place(2.0), u32::MAX);
+        assert_eq!(source.next(0, u32::MAX, HERE), place(2.0));
+        assert_eq!(source.next(2, 1, HERE), place(2.0), "between two messages");
+        assert_eq!(source.next(3, 2, HERE), Reference::hover(Vec3::new(2.0, 0.0, 1.0)));
+        source.receive(place(3.0), 3);
+        assert_eq!(source.next(4, 3, HERE), place(3.0), "the host is back");
     }
 
     #[test]
-    fn a_silent_host_on_the_ground_is_forgotten() {
-        let mut source = source();
-        source.next(0, Some(place(1.0)));
-        for _ in 0..TIMEOUT {
-            source.next(0, None);
-        }
-        assert_eq!(source.origin(), Origin::BuiltIn);
+    fn without_a_stream_the_vehicle_stays_where_it_is() {
+        let mut source = ReferenceSource::new(Origin::Stream, TIMEOUT);
+        assert_eq!(source.next(0, 0, HERE), Reference::hover(HERE));
+        source.receive(place(2.0), 0);
+        assert_eq!(source.next(0, TIMEOUT, HERE), Reference::hover(HERE));
+        assert_eq!(source.next(1, TIMEOUT, HERE), Reference::hover(HERE), "the old one is gone");
+    }
+
+    #[test]
+    fn a_new_choice_forgets_the_stream() {
+        let mut source = ReferenceSource::new(Origin::Stream, TIMEOUT);
+        source.receive(place(2.0), 0);
+        source.select(Origin::Trajectory(circle()));
+        assert_eq!(source.next(0, 0, HERE), circle().reference(0));
+        source.select(Origin::Stream);
+        assert_eq!(source.next(0, 0, HERE), Reference::hover(HERE));
     }
 
     #[test]

@@ -11,6 +11,7 @@ use ctrl_core::controller::TrackingController;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use defmt_semihosting as _;
+use firmware::evidence::kind_name;
 use firmware::fault::take_evidence;
 use firmware::replay::Sample;
 use firmware::scenario::{ControllerConfig, Scenario};
@@ -24,8 +25,8 @@ const TEXT: usize = 512;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    if let Some(evidence) = take_evidence() {
-        fail(evidence.cause.name());
+    if let Some(report) = take_evidence() {
+        fail(kind_name(report.kind));
     }
     let Some(scenario) = argument("scenario=", |name| Scenario::named(name)) else {
         fail("scenario=NAME must name a scenario");

@@ -14,18 +14,19 @@ pub use emulator::Emulator as Active;
 #[cfg(not(feature = "emulator"))]
 pub use f405::F405 as Active;
 
+use cortex_m::peripheral::{DCB, DWT};
+use ctrl_core::link::FaultReport;
 use embedded_hal::pwm::SetDutyCycle;
 use stm32f4xx_hal::gpio::{PA6, PA7, PB0, PB1};
-use stm32f4xx_hal::pac::TIM3;
+use stm32f4xx_hal::pac::{TIM3, TIM5, USART2};
+use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
+use stm32f4xx_hal::serial::{Rx, Tx};
 
-use crate::evidence::Evidence;
+pub use crate::vehicle::ROTORS;
 
 #[cfg(all(feature = "board", feature = "emulator"))]
 compile_error!("choose one outfit: the feature `board` or the feature `emulator`");
-
-/// Number of rotors that a board drives.
-pub const ROTORS: usize = 4;
 
 /// The timer and the pins of the rotor outputs, in rotor order.
 pub struct RotorPins(pub PA6, pub PA7, pub PB0, pub PB1);
@@ -41,6 +42,18 @@ pub trait Board: Sized {
     /// Frequency that the stopwatch timer TIM2 counts before its prescaler [Hz].
     const STOPWATCH_CLOCK: u32;
 
+    /// What the board is called on the link, at most 24 bytes.
+    const NAME: &'static str;
+
+    /// Fewest ticks from one telemetry to the next that the link has room for.
+    const TELEMETRY_PERIOD_MIN: u16;
+
+    /// Starts the counter of [`cost`](Self::cost).
+    fn start_cost_counter(dwt: &mut DWT, dcb: &mut DCB, timer: TIM5, rcc: &mut Rcc);
+
+    /// What the processor has spent so far: cycles, or instructions in the emulator; wraps.
+    fn cost() -> u32;
+
     /// Clock tree to set up.
     fn clocks() -> Config;
 
@@ -52,9 +65,37 @@ pub trait Board: Sized {
     fn outputs_off();
 
     /// Tells a person of the fault before this boot, beyond log and telemetry.
-    fn report(_evidence: &Evidence) {}
+    fn report(_report: &FaultReport) {}
+
+    /// A byte from the link, if one has come.
+    #[inline(always)]
+    fn receive(receiver: &mut Rx<USART2>) -> Option<u8> {
+        receiver.read().ok()
+    }
+
+    /// Sends a frame.
+    fn transmit(transmitter: &mut Tx<USART2>, frame: &[u8]) {
+        transmit(transmitter, frame);
+    }
+
+    /// Called when the telemetry group has sent all: where the emulator waits for its host.
+    #[inline(always)]
+    fn exchange() {}
+
+    /// Waits for the next interrupt, or for a moment.
+    #[inline(always)]
+    fn idle() {
+        cortex_m::asm::wfi();
+    }
 
     /// Called at every control tick: where the emulator ends a run or provokes a fault.
     #[inline(always)]
     fn exercise(_tick: u32) {}
+}
+
+/// Sends a frame over the wire; each byte waits at most for the one before it.
+fn transmit(transmitter: &mut Tx<USART2>, frame: &[u8]) {
+    for byte in frame {
+        while transmitter.write(*byte).is_err() {}
+    }
 }

@@ -11,7 +11,7 @@ use super::{Active, Board, ROTORS, RotorPins};
 use crate::rotor_output::RotorOutput;
 
 /// Bits a second on the link.
-pub const LINK_RATE: u32 = 921_600;
+pub const LINK_RATE: u32 = 2_000_000;
 
 /// Time without a feed after which the watchdog resets the chip [ms].
 pub const WATCHDOG_TIMEOUT: u32 = 250;
@@ -29,13 +29,21 @@ pub struct Peripherals {
     pub receiver: Rx<pac::USART2>,
     /// Not started yet.
     pub watchdog: IndependentWatchdog,
+    /// The watchdog caused the start before this one.
+    pub watchdog_reset: bool,
 }
 
 impl Peripherals {
-    /// Sets up clocks and peripherals; `rotor_thrust_max` is one rotor's thrust at full speed [N].
+    /// Sets up clocks and peripherals; `thrust_max` is each rotor's thrust at full speed [N].
     #[must_use]
-    pub fn new(device: pac::Peripherals, rotor_thrust_max: f32) -> Self {
+    pub fn new(
+        device: pac::Peripherals,
+        core: &mut cortex_m::Peripherals,
+        thrust_max: [f32; ROTORS],
+    ) -> Self {
+        let watchdog_reset = take_watchdog_reset(&device.RCC);
         let mut rcc = device.RCC.freeze(Active::clocks());
+        Active::start_cost_counter(&mut core.DWT, &mut core.DCB, device.TIM5, &mut rcc);
         start_stopwatch(&device.TIM2, &rcc);
         let gpioa = device.GPIOA.split(&mut rcc);
         let gpiob = device.GPIOB.split(&mut rcc);
@@ -43,14 +51,16 @@ impl Peripherals {
         let rotors = Active::rotors(device.TIM3, pins, &mut rcc);
         let config = Config::default().baudrate(LINK_RATE.bps());
         let serial = device.USART2.serial((gpioa.pa2, gpioa.pa3), config, &mut rcc);
-        // The rate is a constant that both clocks can divide to: an error is a programming error.
-        let (transmitter, mut receiver) = serial.expect("link rate").split();
+        // The rate is a constant to which both clocks divide: an error is a programming error.
+        let Ok(serial) = serial else { panic!("link rate") };
+        let (transmitter, mut receiver) = serial.split();
         receiver.listen();
         Self {
-            rotors: RotorOutput::new(rotors, rotor_thrust_max),
+            rotors: RotorOutput::new(rotors, thrust_max),
             transmitter,
             receiver,
             watchdog: IndependentWatchdog::new(device.IWDG),
+            watchdog_reset,
         }
     }
 }
@@ -62,6 +72,13 @@ pub fn start_control_tick(systick: &mut SYST, rate: u32) {
     systick.clear_current();
     systick.enable_counter();
     systick.enable_interrupt();
+}
+
+/// Whether the watchdog caused this start; forgets it.
+fn take_watchdog_reset(rcc: &pac::RCC) -> bool {
+    let reset = rcc.csr().read().wdgrstf().bit_is_set();
+    rcc.csr().modify(|_, w| w.rmvf().set_bit());
+    reset
 }
 
 /// Lets TIM2 count microseconds.

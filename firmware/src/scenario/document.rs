@@ -1,6 +1,7 @@
 //! The part of a scenario file that a vehicle needs; `build.rs` reads it from TOML with this file.
 
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::link::ControllerKind;
 use ctrl_core::trajectory::TrajectoryConfig;
 use serde::{Deserialize, Serialize};
 
@@ -22,4 +23,24 @@ pub enum ControllerConfig {
     RobustAdaptive(RobustAdaptiveConfig),
     /// Controller 2.
     Saturated(SaturatedConfig),
+}
+
+/// The numbers of both controllers, and which of them is chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tuning {
+    /// The choice.
+    pub kind: ControllerKind,
+    /// Numbers of controller 1.
+    pub robust_adaptive: RobustAdaptiveConfig,
+    /// Numbers of controller 2.
+    pub saturated: SaturatedConfig,
+}
+
+/// What the image flies: the flown scenario, with the paper's numbers for the other controller.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Flown {
+    /// The controllers.
+    pub tuning: Tuning,
+    /// The reference that is flown when no host sends one.
+    pub trajectory: TrajectoryConfig,
 }

@@ -4,7 +4,7 @@
 
 mod document;
 
-pub use document::{ControllerConfig, Document};
+pub use document::{ControllerConfig, Document, Flown, Tuning};
 
 /// One scenario of the image.
 #[derive(Clone, Copy, Debug)]
@@ -30,12 +30,21 @@ impl Scenario {
     }
 }
 
+/// What this image flies when no host says otherwise.
+///
+/// # Errors
+/// Only if the image is damaged.
+pub fn flown() -> Result<Flown, postcard::Error> {
+    postcard::from_bytes(include_bytes!(concat!(env!("OUT_DIR"), "/flown.postcard")))
+}
+
 include!(concat!(env!("OUT_DIR"), "/scenarios.rs"));
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use ctrl_core::controller::TrackingController;
+    use ctrl_core::link::ControllerKind;
     use ctrl_core::robust_adaptive::RobustAdaptive;
     use ctrl_core::saturated::Saturated;
 
@@ -51,6 +60,30 @@ mod tests {
             };
             assert_eq!(accepted, Ok(()), "{}", scenario.name);
         }
+    }
+
+    #[test]
+    fn the_flown_scenario_is_the_one_that_the_constants_name() {
+        let flown = flown().unwrap();
+        let document = Scenario::named(FLOWN).unwrap().load().unwrap();
+        assert_eq!(flown.trajectory, document.trajectory);
+        let period = match document.controller {
+            ControllerConfig::RobustAdaptive(config) => {
+                assert_eq!(
+                    (flown.tuning.robust_adaptive, flown.tuning.kind),
+                    (config, ControllerKind::RobustAdaptive)
+                );
+                config.step_period
+            }
+            ControllerConfig::Saturated(config) => {
+                assert_eq!(
+                    (flown.tuning.saturated, flown.tuning.kind),
+                    (config, ControllerKind::Saturated)
+                );
+                config.step_period
+            }
+        };
+        assert_eq!(CONTROL_RATE, (1.0 / period).round() as u32);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 
 mod document;
 
-pub use document::VehicleConfig;
+pub use document::{LinkConfig, VehicleConfig};
 
 /// Number of rotors, as many as the boards have outputs.
 pub const ROTORS: usize = 4;

@@ -8,20 +8,28 @@
 //! | directive | meaning |
 //! |---|---|
 //! | `ticks=N` | end the run with success at control tick N |
-//! | `provoke=panic`, `hard-fault`, `overrun`, `hang` | do so at tick 500 of the first boot |
+//! | `provoke=panic`, `hard-fault`, `overrun` | do so from tick 500 on, unless after a fault |
+//! | `link=PATH` | the link in lock step over FIFOs, see [`lockstep`] |
 //!
-//! A boot after a fault writes the evidence to standard error as plain text and ends the run.
+//! Without a link, a boot after a fault writes the report to standard error as plain text and ends
+//! the run.
+
+mod lockstep;
 
 use core::convert::Infallible;
 use core::sync::atomic::{AtomicU8, AtomicU16, AtomicU32, Ordering::Relaxed};
 
+use cortex_m::peripheral::{DCB, DWT};
+use ctrl_core::link::FaultReport;
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 use semihosting::{eprintln, process};
-use stm32f4xx_hal::pac::TIM3;
+use stm32f4xx_hal::pac::{Interrupt, TIM3, TIM5, USART2};
+use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
+use stm32f4xx_hal::serial::{Rx, Tx};
 
 use super::{Board, ROTORS, RotorPins};
-use crate::evidence::{Evidence, REGISTER_NAMES};
+use crate::evidence::{REGISTER_NAMES, kind_name};
 use crate::rotor_output::PULSE_RATE;
 
 /// See the module's documentation.
@@ -32,6 +40,8 @@ impl Board for Emulator {
 
     const CORE_CLOCK: u32 = 168_000_000;
     const STOPWATCH_CLOCK: u32 = 1_000_000_000;
+    const NAME: &'static str = "emulated STM32F405";
+    const TELEMETRY_PERIOD_MIN: u16 = 1;
 
     fn clocks() -> Config {
         read_directives();
@@ -42,21 +52,63 @@ impl Board for Emulator {
         [Recorder(0), Recorder(1), Recorder(2), Recorder(3)]
     }
 
+    /// TIM5, at one count for the 8 ns that an instruction takes under `-icount shift=3`.
+    fn start_cost_counter(_: &mut DWT, _: &mut DCB, timer: TIM5, _: &mut Rcc) {
+        timer.psc().write(|w| w.psc().set(7));
+        timer.arr().write(|w| w.arr().set(u32::MAX));
+        timer.egr().write(|w| w.ug().set_bit());
+        timer.cr1().write(|w| w.cen().set_bit());
+    }
+
+    #[inline(always)]
+    fn cost() -> u32 {
+        // SAFETY: one read of a counter that nobody writes after the start.
+        unsafe { TIM5::steal() }.cnt().read().bits()
+    }
+
     fn outputs_off() {
         for duty in &RECORDED {
             duty.store(0, Relaxed);
         }
     }
 
-    fn report(evidence: &Evidence) {
-        eprintln!("fault before this boot: {}", evidence.cause.name());
-        eprintln!("text: {}", evidence.text);
-        eprintln!("line: {}", evidence.line);
-        eprintln!("uptime: {} ticks", evidence.uptime_ticks);
-        for (name, value) in REGISTER_NAMES.iter().zip(evidence.registers) {
+    fn report(report: &FaultReport) {
+        eprintln!("fault before this boot: {}", kind_name(report.kind));
+        eprintln!("text: {}", report.text);
+        eprintln!("line: {}", report.line);
+        eprintln!("uptime: {} ticks", report.uptime_ticks);
+        for (name, value) in REGISTER_NAMES.iter().zip(report.registers) {
             eprintln!("{name}: {value:#010x}");
         }
-        process::exit(0);
+        FAULT.store(u8::MAX, Relaxed);
+        if !lockstep::is_open() {
+            process::exit(0);
+        }
+    }
+
+    fn receive(receiver: &mut Rx<USART2>) -> Option<u8> {
+        lockstep::receive().or_else(|| receiver.read().ok())
+    }
+
+    fn transmit(transmitter: &mut Tx<USART2>, frame: &[u8]) {
+        if lockstep::is_open() {
+            lockstep::transmit(frame);
+        } else {
+            super::transmit(transmitter, frame);
+        }
+    }
+
+    fn exchange() {
+        if lockstep::exchange() {
+            cortex_m::peripheral::NVIC::pend(Interrupt::USART2);
+        }
+    }
+
+    /// Lets time pass in large blocks that are quick to emulate. Waiting for an interrupt would let
+    /// QEMU 7.2 skip every second tick (`sleep=off`) or wake late by the machine's load.
+    fn idle() {
+        // SAFETY: instructions that do nothing.
+        unsafe { core::arch::asm!(".rept 512", "nop", ".endr", options(nomem, nostack)) };
     }
 
     #[inline(always)]
@@ -80,13 +132,16 @@ static FAULT: AtomicU8 = AtomicU8::new(u8::MAX);
 static RECORDED: [AtomicU16; ROTORS] = [const { AtomicU16::new(0) }; ROTORS];
 
 /// Faults that the directive `provoke` knows.
-const FAULTS: [&str; 4] = ["panic", "hard-fault", "overrun", "hang"];
+const FAULTS: [&str; 3] = ["panic", "hard-fault", "overrun"];
 
 fn read_directives() {
     let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return };
     for argument in arguments.into_iter().flatten() {
         if let Some(ticks) = argument.strip_prefix("ticks=").and_then(|n| n.parse().ok()) {
             TICKS.store(ticks, Relaxed);
+        }
+        if let Some(path) = argument.strip_prefix("link=") {
+            lockstep::open(path);
         }
         let fault = argument.strip_prefix("provoke=");
         if let Some(index) = FAULTS.iter().position(|name| Some(*name) == fault) {
@@ -108,11 +163,8 @@ fn provoke() {
         Some("panic") => panic!("provoked"),
         // SAFETY: none; reading where there is no memory is the fault that was asked for.
         Some("hard-fault") => _ = unsafe { core::ptr::read_volatile(0x6000_0000 as *const u32) },
-        // Longer than any deadline of the control group, in every tick.
-        Some("overrun") => cortex_m::asm::delay(Emulator::CORE_CLOCK / 1000),
-        Some("hang") => loop {
-            cortex_m::asm::nop();
-        },
+        // Two instructions of 8 ns a count: a fifth beyond control's deadline, in every tick.
+        Some("overrun") => cortex_m::asm::delay(crate::rates::TICK / 2 * 125 / 2 * 6 / 5),
         _ => {}
     }
 }

@@ -1,0 +1,357 @@
+//! The vehicle's side of the link: what each message of a host means, and what is answered.
+//!
+//! Pure: messages come in by [`Session::handle`]; what the control group needs is taken out
+//! prepared, and answers wait in a bounded queue. Settings are parsed and checked here, in the
+//! state-input group, never in the control group.
+
+use ctrl_core::error::ConfigError;
+use ctrl_core::link::{
+    Acknowledgement, ControllerKind, Downlink, FaultReport, Identity, ParameterValue, Parameters,
+    PathUpload, Received, Rejection, TrajectorySelection, Uplink,
+};
+use ctrl_core::mode::{Command, Mode, Refusal};
+use ctrl_core::reference::Reference;
+use ctrl_core::trajectory::{AnyTrajectory, TrajectoryConfig};
+use ctrl_core::vehicle::VehicleState;
+use glam::Vec3;
+use heapless::{Deque, String};
+
+use crate::evidence::append;
+use crate::law::Law;
+use crate::reference_source::{Origin, ReferenceSource};
+use crate::scenario::{Flown, Tuning};
+use crate::vehicle::{LinkConfig, VehicleConfig};
+
+/// Answers that may wait.
+const ANSWERS: usize = 8;
+/// Commands that may wait, one for each tick.
+const COMMANDS: usize = 4;
+
+/// What a session needs to know of the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SessionConfig {
+    /// Name of the board, at most 24 bytes.
+    pub board: &'static str,
+    /// A state sample stands for this many ticks.
+    pub sample_valid: u32,
+    /// A host that streams references is silent after this many ticks.
+    pub reference_timeout: u32,
+    /// Fewest ticks from one telemetry to the next that the link has room for.
+    pub telemetry_period_min: u16,
+}
+
+impl SessionConfig {
+    /// The configuration of a vehicle on a board.
+    #[must_use]
+    pub fn new(board: &'static str, telemetry_period_min: u16, vehicle: &VehicleConfig) -> Self {
+        let LinkConfig { sample_valid, reference_timeout } = vehicle.link;
+        Self { board, sample_valid, reference_timeout, telemetry_period_min }
+    }
+}
+
+/// What control did last, as the session sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// Mode of the latest tick.
+    pub mode: Mode,
+    /// Ticks of flight.
+    pub flight_tick: u32,
+    /// Ticks since the start of the program.
+    pub uptime: u32,
+}
+
+impl Progress {
+    /// Whether settings may change.
+    fn on_ground(self) -> bool {
+        !matches!(self.mode, Mode::Flying | Mode::Failsafe)
+    }
+}
+
+/// A conversation with a host.
+#[derive(Debug)]
+pub struct Session {
+    config: SessionConfig,
+    tuning: Tuning,
+    law: Law,
+    law_changed: bool,
+    trajectory: Option<AnyTrajectory>,
+    references: ReferenceSource,
+    upload: PathUpload,
+    sample: Option<(VehicleState, u32)>,
+    commands: Deque<(u16, Command), COMMANDS>,
+    waiting: Option<u16>,
+    answers: Deque<Downlink, ANSWERS>,
+    dropped: u32,
+    telemetry_period: u16,
+    fault: Option<FaultReport>,
+}
+
+impl Session {
+    /// Begins with the image's controller and trajectory and, after a restart by itself, the report of its fault.
+    ///
+    /// # Errors
+    /// When the chosen controller refuses its numbers or the trajectory.
+    pub fn new(
+        config: SessionConfig,
+        flown: &Flown,
+        fault: Option<FaultReport>,
+    ) -> Result<Self, ConfigError> {
+        let law = Law::new(&flown.tuning)?;
+        let trajectory = flown.trajectory.build(law.step_period())?;
+        law.accept(&trajectory)?;
+        let origin = Origin::Trajectory(trajectory.clone());
+        let mut session = Self {
+            tuning: flown.tuning,
+            law,
+            law_changed: false,
+            trajectory: Some(trajectory),
+            references: ReferenceSource::new(origin, config.reference_timeout),
+            upload: PathUpload::default(),
+            sample: None,
+            commands: Deque::new(),
+            waiting: None,
+            answers: Deque::new(),
+            dropped: 0,
+            telemetry_period: 0,
+            fault,
+            config,
+        };
+        session.answer(session.identity(0));
+        Ok(session)
+    }
+
+    /// The law at the start.
+    #[must_use]
+    pub fn law(&self) -> Law {
+        self.law
+    }
+
+    /// Obeys one message.
+    pub fn handle(&mut self, received: Received<Uplink>, progress: Progress) {
+        let Received { sequence, message } = received;
+        let result = match message {
+            Uplink::State { state, .. } => {
+                self.sample = Some((state, progress.uptime));
+                return;
+            }
+            Uplink::Reference { reference, .. } => {
+                self.references.receive(reference, progress.uptime);
+                return;
+            }
+            Uplink::Command(command) => match self.commands.push_back((sequence, command)) {
+                Ok(()) => return, // answered once the control group has heard it
+                Err(_) => Err(Rejection::NotNow),
+            },
+            Uplink::Hello => return self.answer(self.identity(progress.uptime)),
+            Uplink::ParameterAt { index } => self.send_parameter(Some(index)),
+            Uplink::ParameterRead { name } => self.send_parameter(self.parameter_index(&name)),
+            Uplink::ParametersPersist => Err(Rejection::Unsupported),
+            Uplink::Subscribe { period } => self.subscribe(period),
+            Uplink::FaultAcknowledge => return self.acknowledge_fault(sequence),
+            setting if progress.on_ground() => self.set(setting),
+            _ => Err(Rejection::NotNow),
+        };
+        self.acknowledge(sequence, result);
+    }
+
+    /// Obeys a message that changes how the vehicle flies; only on the ground.
+    fn set(&mut self, setting: Uplink) -> Result<(), Rejection> {
+        match setting {
+            Uplink::SelectTrajectory(selection) => self.select_trajectory(selection),
+            Uplink::SelectController(kind) => self.tune(Tuning { kind, ..self.tuning }),
+            Uplink::PathBegin { start_world, yaw, legs } => {
+                Ok(self.upload.begin(start_world, yaw, legs)?)
+            }
+            Uplink::PathLeg { index, leg } => Ok(self.upload.leg(index, leg)?),
+            Uplink::ParameterWrite { name, value } => {
+                let tuning = self.with_parameter(&name, value);
+                self.tune(tuning.ok_or(Rejection::UnknownParameter)?)
+            }
+            _ => Err(Rejection::Unsupported),
+        }
+    }
+
+    fn select_trajectory(&mut self, selection: TrajectorySelection) -> Result<(), Rejection> {
+        use TrajectorySelection as S;
+        let period = self.law.step_period();
+        let trajectory = match selection {
+            S::Stream => {
+                self.trajectory = None;
+                self.references.select(Origin::Stream);
+                return Ok(());
+            }
+            S::UploadedPath => AnyTrajectory::WaypointPath(self.upload.finish(period)?),
+            S::Hover(config) => TrajectoryConfig::Hover(config).build(period)?,
+            S::RisingCircle(config) => TrajectoryConfig::RisingCircle(config).build(period)?,
+            S::Circle(config) => TrajectoryConfig::Circle(config).build(period)?,
+            S::Lemniscate(config) => TrajectoryConfig::Lemniscate(config).build(period)?,
+        };
+        self.law.accept(&trajectory)?;
+        self.references.select(Origin::Trajectory(trajectory.clone()));
+        self.trajectory = Some(trajectory);
+        Ok(())
+    }
+
+    /// Takes a tuning if its controller is valid and accepts the selected trajectory.
+    fn tune(&mut self, tuning: Tuning) -> Result<(), Rejection> {
+        let law = Law::new(&tuning)?;
+        if let Some(trajectory) = &self.trajectory {
+            law.accept(trajectory)?;
+        }
+        (self.tuning, self.law, self.law_changed) = (tuning, law, true);
+        Ok(())
+    }
+
+    fn with_parameter(&self, name: &str, value: f32) -> Option<Tuning> {
+        let Tuning { kind, robust_adaptive, saturated } = self.tuning;
+        Some(match kind {
+            ControllerKind::RobustAdaptive => Tuning {
+                robust_adaptive: robust_adaptive.with_parameter(name, value)?,
+                ..self.tuning
+            },
+            ControllerKind::Saturated => {
+                Tuning { saturated: saturated.with_parameter(name, value)?, ..self.tuning }
+            }
+        })
+    }
+
+    fn parameter_index(&self, name: &str) -> Option<u16> {
+        match self.tuning.kind {
+            ControllerKind::RobustAdaptive => {
+                parameter_index_in(&self.tuning.robust_adaptive, name)
+            }
+            ControllerKind::Saturated => parameter_index_in(&self.tuning.saturated, name),
+        }
+    }
+
+    fn send_parameter(&mut self, index: Option<u16>) -> Result<(), Rejection> {
+        let index = index.ok_or(Rejection::UnknownParameter)?;
+        let value = match self.tuning.kind {
+            ControllerKind::RobustAdaptive => parameter_in(self.tuning.robust_adaptive, index),
+            ControllerKind::Saturated => parameter_in(self.tuning.saturated, index),
+        };
+        self.answer(Downlink::Parameter(value.ok_or(Rejection::UnknownParameter)?));
+        Ok(())
+    }
+
+    fn subscribe(&mut self, period: u16) -> Result<(), Rejection> {
+        let lower = self.config.telemetry_period_min;
+        if period != 0 && period < lower {
+            return Err(Rejection::Invalid {
+                parameter: copy("period"),
+                value: f32::from(period),
+                lower: f32::from(lower),
+                upper: f32::from(u16::MAX),
+            });
+        }
+        self.telemetry_period = period;
+        Ok(())
+    }
+
+    /// Sends the fault report a last time and forgets it.
+    fn acknowledge_fault(&mut self, sequence: u16) {
+        if let Some(report) = self.fault.take() {
+            self.answer(Downlink::Fault(report));
+        }
+        self.acknowledge(sequence, Ok(()));
+    }
+
+    fn identity(&self, uptime: u32) -> Downlink {
+        Downlink::Identity(Identity {
+            firmware: copy(env!("CARGO_PKG_VERSION")),
+            board: copy(self.config.board),
+            controller: self.tuning.kind,
+            step_period: self.law.step_period(),
+            uptime_ticks: u64::from(uptime),
+            fault_pending: self.fault.is_some(),
+        })
+    }
+
+    fn acknowledge(&mut self, sequence: u16, result: Result<(), Rejection>) {
+        self.answer(Downlink::Acknowledgement(Acknowledgement { sequence, result }));
+    }
+
+    fn answer(&mut self, message: Downlink) {
+        if self.answers.push_back(message).is_err() {
+            self.dropped = self.dropped.wrapping_add(1);
+        }
+    }
+
+    /// The next message to send.
+    pub fn next_answer(&mut self) -> Option<Downlink> {
+        self.answers.pop_front()
+    }
+
+    /// The latest state sample, unless it is too old at tick `uptime`.
+    #[must_use]
+    pub fn sample(&self, uptime: u32) -> Option<VehicleState> {
+        let (sample, since) = self.sample?;
+        (uptime.wrapping_sub(since) < self.config.sample_valid).then_some(sample)
+    }
+
+    /// The reference for the tick after `progress`.
+    pub fn reference(&mut self, progress: Progress) -> Reference {
+        let here = self.sample.map_or(Vec3::ZERO, |(sample, _)| sample.position_world);
+        self.references.next(progress.flight_tick, progress.uptime, here)
+    }
+
+    /// The next command for the control group, once the one before is [answered](Self::answered).
+    pub fn next_command(&mut self) -> Option<Command> {
+        if self.waiting.is_some() {
+            return None;
+        }
+        let (sequence, command) = self.commands.pop_front()?;
+        self.waiting = Some(sequence);
+        Some(command)
+    }
+
+    /// Passes on what the control group said to the command that it was given.
+    pub fn answered(&mut self, answer: Result<Mode, Refusal>) {
+        if let Some(sequence) = self.waiting.take() {
+            self.acknowledge(sequence, answer.map(|_| ()).map_err(Rejection::Mode));
+        }
+    }
+
+    /// A law that has replaced the one before, once.
+    pub fn take_law(&mut self) -> Option<Law> {
+        core::mem::take(&mut self.law_changed).then_some(self.law)
+    }
+
+    /// Ticks from one telemetry to the next; zero for none.
+    #[must_use]
+    pub fn telemetry_period(&self) -> u16 {
+        self.telemetry_period
+    }
+
+    /// Whether a fault has not been acknowledged: the vehicle must not fly.
+    #[must_use]
+    pub fn fault_pending(&self) -> bool {
+        self.fault.is_some()
+    }
+
+    /// Answers that found no room.
+    #[must_use]
+    pub fn dropped(&self) -> u32 {
+        self.dropped
+    }
+}
+
+fn parameter_index_in<C: Parameters>(_: &C, name: &str) -> Option<u16> {
+    C::parameter_index(name)
+}
+
+fn parameter_in<C: Parameters>(config: C, index: u16) -> Option<ParameterValue> {
+    let (name, value) = config.parameter_at(index)?;
+    Some(ParameterValue { index, count: C::TABLE.len() as u16, name: copy(name), value })
+}
+
+/// As much of `text` as fits.
+fn copy<const N: usize>(text: &str) -> String<N> {
+    let mut copy = String::new();
+    append(&mut copy, text);
+    copy
+}
+
+#[cfg(test)]
+#[path = "session_tests.rs"]
+mod tests;

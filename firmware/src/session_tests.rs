@@ -1,0 +1,279 @@
+//! Conversations with a host, message by message.
+
+use std::vec::Vec;
+
+use ctrl_core::link::{FaultKind, REGISTERS};
+use ctrl_core::trajectory::{HoverConfig, Leg};
+
+use super::*;
+use crate::scenario::flown;
+
+const CONFIG: SessionConfig = SessionConfig {
+    board: "test bench",
+    sample_valid: 5,
+    reference_timeout: 100,
+    telemetry_period_min: 2,
+};
+
+const GROUND: Progress = Progress { mode: Mode::Disarmed, flight_tick: 0, uptime: 1000 };
+const FLYING: Progress = Progress { mode: Mode::Flying, flight_tick: 7, uptime: 2000 };
+
+/// A session that has sent its greeting.
+fn session() -> Session {
+    let flown = Flown {
+        tuning: Tuning { kind: ControllerKind::Saturated, ..flown().unwrap().tuning },
+        trajectory: TrajectoryConfig::Hover(hover()),
+    };
+    let mut session = Session::new(CONFIG, &flown, None).unwrap();
+    session.next_answer().unwrap();
+    session
+}
+
+fn hover() -> HoverConfig {
+    HoverConfig { position_world: Vec3::new(0.0, 0.0, 2.0), yaw: 0.0 }
+}
+
+/// Says `message` and returns the answers.
+fn say(session: &mut Session, message: Uplink, progress: Progress) -> Vec<Downlink> {
+    session.handle(Received { sequence: 42, message }, progress);
+    core::iter::from_fn(|| session.next_answer()).collect()
+}
+
+fn acknowledged(result: Result<(), Rejection>) -> Vec<Downlink> {
+    [Downlink::Acknowledgement(Acknowledgement { sequence: 42, result })].into()
+}
+
+fn write(name: &str, value: f32) -> Uplink {
+    Uplink::ParameterWrite { name: copy(name), value }
+}
+
+fn read(session: &mut Session, name: &str) -> f32 {
+    match &say(session, Uplink::ParameterRead { name: copy(name) }, FLYING)[..] {
+        [Downlink::Parameter(parameter), Downlink::Acknowledgement(_)] => parameter.value,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn report() -> FaultReport {
+    FaultReport {
+        kind: FaultKind::Panic,
+        uptime_ticks: 5,
+        registers: [1; REGISTERS],
+        line: 6,
+        text: copy("here"),
+    }
+}
+
+#[test]
+fn greets_after_the_start_and_when_greeted() {
+    let mut session = Session::new(CONFIG, &flown().unwrap(), None).unwrap();
+    let Some(Downlink::Identity(greeting)) = session.next_answer() else { panic!() };
+    assert_eq!((&*greeting.board, greeting.uptime_ticks), ("test bench", 0));
+    assert_eq!(greeting.controller, flown().unwrap().tuning.kind);
+    let [Downlink::Identity(identity)] = &say(&mut session, Uplink::Hello, FLYING)[..] else {
+        panic!()
+    };
+    assert_eq!((identity.uptime_ticks, identity.fault_pending), (2000, false));
+}
+
+#[test]
+fn a_sample_stands_for_its_ticks_and_is_not_answered() {
+    let mut session = session();
+    assert_eq!(session.sample(1000), None);
+    let state = VehicleState::at_rest(Vec3::X);
+    assert_eq!(say(&mut session, Uplink::State { tick: 0, state }, GROUND), []);
+    assert_eq!(session.sample(1000), Some(state));
+    assert_eq!(session.sample(1004), Some(state));
+    assert_eq!(session.sample(1005), None);
+}
+
+#[test]
+fn commands_wait_for_the_control_group_and_are_answered_in_order() {
+    let mut session = session();
+    for (sequence, command) in [(1, Command::Arm), (2, Command::Start)] {
+        session.handle(Received { sequence, message: Uplink::Command(command) }, GROUND);
+    }
+    assert_eq!(session.next_command(), Some(Command::Arm));
+    assert_eq!(session.next_command(), None, "one at a time");
+    assert_eq!(session.next_answer(), None);
+    session.answered(Ok(Mode::Armed));
+    assert_eq!(session.next_command(), Some(Command::Start));
+    session.answered(Err(Refusal::Tilted));
+    let answers: Vec<_> = core::iter::from_fn(|| session.next_answer()).collect();
+    let answer = |sequence, result| Downlink::Acknowledgement(Acknowledgement { sequence, result });
+    assert_eq!(answers, [answer(1, Ok(())), answer(2, Err(Rejection::Mode(Refusal::Tilted)))]);
+}
+
+#[test]
+fn more_commands_than_fit_are_refused_not_forgotten() {
+    let mut session = session();
+    for _ in 0..COMMANDS {
+        assert_eq!(say(&mut session, Uplink::Command(Command::Stop), GROUND), []);
+    }
+    let refused = say(&mut session, Uplink::Command(Command::Stop), GROUND);
+    assert_eq!(refused, acknowledged(Err(Rejection::NotNow)));
+}
+
+#[test]
+fn a_parameter_is_written_read_back_and_reaches_the_law() {
+    let mut session = session();
+    assert!(session.take_law().is_none());
+    let answer = say(&mut session, write("k4", 3.5), GROUND);
+    assert_eq!(answer, acknowledged(Ok(())));
+    assert_eq!(read(&mut session, "k4"), 3.5);
+    let Some(Law::Saturated(law, _)) = session.take_law() else { panic!() };
+    assert_eq!(law.config().k4, 3.5);
+    assert!(session.take_law().is_none(), "once");
+}
+
+#[test]
+fn a_refused_parameter_changes_nothing_and_names_the_bound() {
+    let mut session = session();
+    let before = read(&mut session, "k4");
+    let answer = say(&mut session, write("k4", -1.0), GROUND);
+    let [Downlink::Acknowledgement(Acknowledgement { result: Err(rejection), .. })] = &answer[..]
+    else {
+        panic!("{answer:?}")
+    };
+    let Rejection::Invalid { parameter, value, lower, .. } = rejection else { panic!() };
+    assert_eq!((&**parameter, *value, *lower), ("k4", -1.0, 0.0));
+    assert_eq!(read(&mut session, "k4"), before);
+    assert!(session.take_law().is_none());
+    let unknown = say(&mut session, write("k9", 1.0), GROUND);
+    assert_eq!(unknown, acknowledged(Err(Rejection::UnknownParameter)));
+}
+
+#[test]
+fn every_parameter_can_be_listed() {
+    let mut session = session();
+    let mut names = Vec::new();
+    loop {
+        let index = names.len() as u16;
+        match &say(&mut session, Uplink::ParameterAt { index }, GROUND)[..] {
+            [Downlink::Parameter(parameter), _] => {
+                assert_eq!(parameter.index, index);
+                names.push(parameter.name.clone());
+            }
+            answer => {
+                assert_eq!(answer, acknowledged(Err(Rejection::UnknownParameter)));
+                break;
+            }
+        }
+    }
+    assert!(names.len() > 20);
+    assert!(names.iter().any(|name| name == "cascade.k1"));
+}
+
+#[test]
+fn settings_are_refused_in_flight() {
+    let mut session = session();
+    let settings = [
+        write("k4", 3.5),
+        Uplink::SelectController(ControllerKind::RobustAdaptive),
+        Uplink::SelectTrajectory(TrajectorySelection::Stream),
+        Uplink::PathBegin { start_world: Vec3::ZERO, yaw: 0.0, legs: 1 },
+    ];
+    for setting in settings {
+        let answer = say(&mut session, setting, FLYING);
+        assert_eq!(answer, acknowledged(Err(Rejection::NotNow)));
+    }
+    assert!(session.take_law().is_none());
+}
+
+#[test]
+fn the_controller_is_chosen_by_the_host() {
+    let mut session = session();
+    let choice = Uplink::SelectController(ControllerKind::RobustAdaptive);
+    assert_eq!(say(&mut session, choice, GROUND), acknowledged(Ok(())));
+    assert!(matches!(session.take_law(), Some(Law::RobustAdaptive(..))));
+}
+
+#[test]
+fn a_trajectory_must_suit_the_controller() {
+    let mut session = session();
+    let place = HoverConfig { position_world: Vec3::new(1.0, 2.0, 3.0), yaw: 0.0 };
+    let choice = Uplink::SelectTrajectory(TrajectorySelection::Hover(place));
+    assert_eq!(say(&mut session, choice, GROUND), acknowledged(Ok(())));
+    assert_eq!(session.reference(GROUND).position_world, place.position_world);
+    let too_fast = ctrl_core::trajectory::LemniscateConfig {
+        centre_world: Vec3::ZERO,
+        amplitude_x: 4.0,
+        amplitude_y: 2.0,
+        angular_rate: 1.0,
+        yaw: 0.0,
+    };
+    let choice = Uplink::SelectTrajectory(TrajectorySelection::Lemniscate(too_fast));
+    let answer = say(&mut session, choice, GROUND);
+    let [Downlink::Acknowledgement(Acknowledgement { result: Err(rejection), .. })] = &answer[..]
+    else {
+        panic!("{answer:?}")
+    };
+    assert!(matches!(rejection, Rejection::Invalid { .. }), "{rejection:?}");
+    assert_eq!(session.reference(GROUND).position_world, place.position_world, "unchanged");
+}
+
+#[test]
+fn a_stream_is_followed_once_selected() {
+    let mut session = session();
+    let reference = Reference::hover(Vec3::new(9.0, 9.0, 9.0));
+    say(&mut session, Uplink::Reference { tick: 0, reference }, GROUND);
+    assert_eq!(session.reference(GROUND).position_world, hover().position_world);
+    let choice = Uplink::SelectTrajectory(TrajectorySelection::Stream);
+    assert_eq!(say(&mut session, choice, GROUND), acknowledged(Ok(())));
+    say(&mut session, Uplink::Reference { tick: 0, reference }, GROUND);
+    assert_eq!(session.reference(GROUND), reference);
+}
+
+#[test]
+fn an_uploaded_path_is_flown_when_complete() {
+    let mut session = session();
+    let choice = || Uplink::SelectTrajectory(TrajectorySelection::UploadedPath);
+    let answer = say(&mut session, choice(), GROUND);
+    assert_eq!(answer, acknowledged(Err(Rejection::NoPath)));
+    let start_world = Vec3::new(5.0, 0.0, 1.0);
+    let begin = Uplink::PathBegin { start_world, yaw: 0.0, legs: 1 };
+    assert_eq!(say(&mut session, begin, GROUND), acknowledged(Ok(())));
+    let leg = Leg::to(start_world + Vec3::X, 20.0);
+    let upload = Uplink::PathLeg { index: 0, leg };
+    assert_eq!(say(&mut session, upload, GROUND), acknowledged(Ok(())));
+    assert_eq!(say(&mut session, choice(), GROUND), acknowledged(Ok(())));
+    assert_eq!(session.reference(GROUND).position_world, start_world);
+}
+
+#[test]
+fn telemetry_is_subscribed_within_what_the_link_carries() {
+    let mut session = session();
+    assert_eq!(session.telemetry_period(), 0);
+    assert_eq!(say(&mut session, Uplink::Subscribe { period: 20 }, GROUND), acknowledged(Ok(())));
+    assert_eq!(session.telemetry_period(), 20);
+    let refused = say(&mut session, Uplink::Subscribe { period: 1 }, GROUND);
+    assert!(matches!(
+        &refused[..],
+        [Downlink::Acknowledgement(Acknowledgement { result: Err(Rejection::Invalid { .. }), .. })]
+    ));
+    assert_eq!(session.telemetry_period(), 20);
+    assert_eq!(say(&mut session, Uplink::Subscribe { period: 0 }, GROUND), acknowledged(Ok(())));
+    assert_eq!(session.telemetry_period(), 0);
+}
+
+#[test]
+fn a_fault_is_pending_until_it_is_acknowledged() {
+    let mut session = Session::new(CONFIG, &flown().unwrap(), Some(report())).unwrap();
+    let Some(Downlink::Identity(identity)) = session.next_answer() else { panic!() };
+    assert!(identity.fault_pending && session.fault_pending());
+    let answer = say(&mut session, Uplink::FaultAcknowledge, GROUND);
+    assert_eq!(answer[0], Downlink::Fault(report()));
+    assert_eq!(answer[1..], acknowledged(Ok(())));
+    assert!(!session.fault_pending());
+    let again = say(&mut session, Uplink::FaultAcknowledge, GROUND);
+    assert_eq!(again, acknowledged(Ok(())));
+}
+
+#[test]
+fn answers_beyond_the_queue_are_counted() {
+    let mut session = session();
+    for _ in 0..ANSWERS + 3 {
+        session.handle(Received { sequence: 0, message: Uplink::Hello }, GROUND);
+    }
+    assert_eq!(session.dropped(), 3);
+}
