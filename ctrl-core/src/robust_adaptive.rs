@@ -144,9 +144,8 @@ impl TrackingController for RobustAdaptive {
         reference: &Reference,
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput {
-        let input = match self.cascade.admit(vehicle, reference) {
-            Ok(input) => input,
-            Err(cause) => return self.cascade.hold(&mut state.cascade, cause),
+        let Some(input) = self.cascade.admit(vehicle, reference) else {
+            return self.cascade.hold(&mut state.cascade, vehicle, reference);
         };
         let clipped;
         let reference = if input.status.contains(StepStatus::REFERENCE_CLIPPED) {
@@ -157,15 +156,16 @@ impl TrackingController for RobustAdaptive {
         };
         let evaluation = self.cascade.evaluate(&state.cascade, &input, vehicle, reference, None);
         let law = self.law(state, &evaluation, vehicle.rate_body);
-        if !(evaluation.sum() + (law.torque + law.inertia_rate).element_sum()).is_finite() {
-            return self.cascade.hold(&mut state.cascade, StepStatus::RESULT_INVALID);
+        let sum = (law.torque + law.inertia_rate).element_sum();
+        if !evaluation.is_usable(law.rate_error, sum) {
+            return self.cascade.hold(&mut state.cascade, vehicle, reference);
         }
         observe(&Intermediates {
             rate_error: law.rate_error,
             torque_demand_body: law.torque,
             torque_body: law.torque,
             inertia_rate: law.inertia_rate,
-            ..evaluation.intermediates()
+            ..evaluation.intermediates(&self.cascade, &state.cascade)
         });
         self.commit(state, &evaluation, &law)
     }

@@ -34,6 +34,24 @@ pub fn inverse_mul(q: Quat, p: Quat) -> Quat {
     Quat::from_xyzw(eps.x, eps.y, eps.z, q.w * p.w + qe.dot(pe))
 }
 
+/// `R(q) x`, without forming the matrix: cheaper for one or two vectors.
+#[inline(always)]
+#[must_use]
+pub fn rotate(q: Quat, x: Vec3) -> Vec3 {
+    let eps = vector_part(q);
+    let twice = 2.0 * eps.cross(x);
+    x + q.w * twice + eps.cross(twice)
+}
+
+/// `R(q)^T x`, without forming the matrix.
+#[inline(always)]
+#[must_use]
+pub fn rotate_back(q: Quat, x: Vec3) -> Vec3 {
+    let eps = vector_part(q);
+    let twice = 2.0 * eps.cross(x);
+    x - q.w * twice + eps.cross(twice)
+}
+
 /// `q' = 1/2 A(q) w` (9), returned as the rates of `(eta, eps)`.
 #[inline(always)]
 #[must_use]
@@ -136,6 +154,16 @@ mod tests {
             let (q, p) = (sample(i), sample(i + 7919));
             let expected = q.conjugate() * p;
             assert!((inverse_mul(q, p) - expected).length_squared() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn rotating_by_quaternion_and_by_matrix_agree() {
+        for i in 1..500 {
+            let (q, x) = (sample(i), vector_part(sample(i + 3571)) * 5.0);
+            let r = Mat3::from_quat(q);
+            assert!((rotate(q, x) - r * x).length_squared() < 1e-11);
+            assert!((rotate_back(q, x) - transpose_mul(&r, x)).length_squared() < 1e-11);
         }
     }
 

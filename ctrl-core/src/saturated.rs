@@ -16,23 +16,27 @@
 //! ```
 //! `q_a` moves with the world-frame rate `R_a W_a = R o`, where `o = w_a - k5 R^T eps_a`.
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{Quat, Vec3};
 
 use crate::adaptation::Estimate;
-use crate::cascade::{Admitted, AuxiliaryTerms, Cascade, CascadeState, Evaluation};
+use crate::cascade::{Cascade, CascadeState, Evaluation};
 use crate::config::{Checkpoint, SaturatedConfig};
 use crate::controller::{
     Auxiliary, Estimates, Intermediates, StepOutput, StepStatus, TrackingController,
 };
 use crate::error::{Bound, ConfigError, require};
 use crate::reference::Reference;
-use crate::rotation::{renormalised, transpose_mul, vector_part};
+use crate::rotation::{renormalised, rotate_back, vector_part};
 use crate::saturation::{clip, smooth_sign_value};
 use crate::vehicle::{Interval, VehicleState, WrenchBounds};
 
 /// Largest turn of the auxiliary attitude in one step [rad] that its integration follows; a larger
 /// auxiliary rate is clipped. Beyond every rate of a vehicle: 500 rad/s at 1 kHz.
 const AUXILIARY_TURN_MAX: f32 = 0.5;
+
+/// Below this sum of squares of `w_a` [rad/s] and `eps_a` the auxiliary system counts as at rest; it
+/// decays exponentially and would else end in subnormal numbers.
+const REST_SQUARE: f32 = 1e-20;
 
 /// Controller 2, validated. Every wrench keeps (7) and (8).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +61,8 @@ pub struct SaturatedState {
     inverse_inertia: Estimate<Vec3>,
     /// `Pi_hat`.
     gyroscopic_ratio: Estimate<Vec3>,
-    auxiliary: Auxiliary,
+    /// `q_a` and `w_a`; `None` at rest, where they stay until a torque saturates.
+    auxiliary: Option<Auxiliary>,
 }
 
 /// Step 4: torque before and after saturation, and the rates of the memory.
@@ -65,10 +70,25 @@ struct Law {
     rate_error: Vec3,
     torque_demand: Vec3,
     torque: Vec3,
-    /// `diag(theta_hat)(tau - tau_d)`, the drive of (39).
-    auxiliary_drive: Vec3,
+    /// `theta_hat`.
+    theta: Vec3,
     inverse_inertia_rate: Vec3,
     gyroscopic_ratio_rate: Vec3,
+}
+
+impl Law {
+    /// `diag(theta_hat)(tau - tau_d)`, the drive of (39).
+    #[inline(always)]
+    fn auxiliary_drive(&self) -> Vec3 {
+        self.theta * (self.torque - self.torque_demand)
+    }
+}
+
+impl SaturatedState {
+    /// `w_a`.
+    fn auxiliary_rate(&self) -> Vec3 {
+        self.auxiliary.map_or(Vec3::ZERO, |auxiliary| auxiliary.rate)
+    }
 }
 
 impl Saturated {
@@ -138,22 +158,8 @@ impl Saturated {
             cascade: self.cascade.resume(checkpoint.elapsed, checkpoint.inverse_mass)?,
             inverse_inertia: Estimate::new(checkpoint.inverse_inertia),
             gyroscopic_ratio: Estimate::new(checkpoint.gyroscopic_ratio),
-            auxiliary: checkpoint.auxiliary,
+            auxiliary: (checkpoint.auxiliary != Auxiliary::REST).then_some(checkpoint.auxiliary),
         })
-    }
-
-    /// What the auxiliary system contributes to step 3, in body axes; `w` is the body rate.
-    #[inline(always)]
-    fn auxiliary_terms(&self, auxiliary: &Auxiliary, r: &Mat3, w: Vec3) -> AuxiliaryTerms {
-        let k5 = self.config.k5;
-        let eps_body = transpose_mul(r, vector_part(auxiliary.attitude)); // E = R^T eps_a
-        let rate_body = auxiliary.rate - k5 * eps_body; // o = R_ta^T W_a
-        let own = auxiliary.attitude.w * rate_body + eps_body.cross(rate_body);
-        AuxiliaryTerms {
-            rate_body,
-            virtual_rate: k5 * eps_body,
-            virtual_rate_dot: k5 * (0.5 * own - (w - rate_body).cross(eps_body)),
-        }
     }
 
     /// Step 4 at body rate `w`.
@@ -161,7 +167,10 @@ impl Saturated {
     fn law(&self, state: &SaturatedState, evaluation: &Evaluation, w: Vec3) -> Law {
         let Self { cascade, config, .. } = self;
         let without_auxiliary = w - evaluation.virtual_rate.mu;
-        let rate_error = without_auxiliary - state.auxiliary.rate;
+        let rate_error = match state.auxiliary {
+            Some(auxiliary) => without_auxiliary - auxiliary.rate,
+            None => without_auxiliary,
+        };
         let products = Vec3::new(w.y * w.z, w.x * w.z, w.x * w.y); // B
         let sign = smooth_sign_value(rate_error, cascade.delta_squared_rotation(&state.cascade));
         let theta = state.inverse_inertia.value();
@@ -176,7 +185,7 @@ impl Saturated {
             rate_error,
             torque_demand,
             torque,
-            auxiliary_drive: theta * (torque - torque_demand),
+            theta,
             inverse_inertia_rate: config.gamma2 * torque * rate_error, // (51)
             gyroscopic_ratio_rate: config.gamma3 * products * rate_error, // (52)
         }
@@ -184,23 +193,20 @@ impl Saturated {
 
     /// Advances the memory; called only when every number is finite.
     #[inline(always)]
-    fn commit(
-        &self,
-        state: &mut SaturatedState,
-        evaluation: &Evaluation,
-        terms: &AuxiliaryTerms,
-        law: &Law,
-    ) -> StepOutput {
+    fn commit(&self, state: &mut SaturatedState, evaluation: &Evaluation, law: &Law) -> StepOutput {
         let dt = self.config.step_period;
         let mut status = evaluation.status;
-        status.set(StepStatus::TORQUE_SATURATED, law.torque != law.torque_demand);
+        let saturated = law.torque != law.torque_demand;
+        status.set(StepStatus::TORQUE_SATURATED, saturated);
         let (lower, upper) = (self.inverse_inertia_min, self.inverse_inertia_max);
         let theta = state.inverse_inertia.advance(dt * law.inverse_inertia_rate, lower, upper);
         let pi = state.gyroscopic_ratio.advance(dt * law.gyroscopic_ratio_rate, -1.0, 1.0);
         if theta | pi {
             status |= StepStatus::INERTIA_PROJECTED;
         }
-        status |= self.advance_auxiliary(&mut state.auxiliary, &evaluation.r, terms, law);
+        if saturated || state.auxiliary.is_some() {
+            status |= self.advance_auxiliary(state, evaluation, law);
+        }
         let (torque, demand) = (law.torque, law.torque_demand);
         self.cascade.commit(&mut state.cascade, evaluation, torque, demand, status)
     }
@@ -209,46 +215,34 @@ impl Saturated {
     #[inline(always)]
     fn advance_auxiliary(
         &self,
-        auxiliary: &mut Auxiliary,
-        r: &Mat3,
-        terms: &AuxiliaryTerms,
+        state: &mut SaturatedState,
+        evaluation: &Evaluation,
         law: &Law,
     ) -> StepStatus {
         let dt = self.config.step_period;
+        let Auxiliary { attitude, rate } = state.auxiliary.unwrap_or(Auxiliary::REST);
         // q_a' = 1/2 A(q_a) W_a = 1/2 [0, R o] ⊗ q_a (38)
-        let half_turn = (0.5 * dt) * (*r * terms.rate_body);
-        let (eta, eps) = (auxiliary.attitude.w, vector_part(auxiliary.attitude));
+        let half_turn = (0.5 * dt) * evaluation.virtual_rate.auxiliary_rate_world;
+        let (eta, eps) = (attitude.w, vector_part(attitude));
         let next = eps + eta * half_turn + half_turn.cross(eps);
         let q = Quat::from_xyzw(next.x, next.y, next.z, eta - half_turn.dot(eps));
-        auxiliary.attitude = renormalised(q).unwrap_or(Quat::IDENTITY);
-        let rate = (auxiliary.rate + dt * law.auxiliary_drive) * self.auxiliary_decay; // (39)
-        auxiliary.rate = clip(rate, self.auxiliary_rate_max);
-        if auxiliary.rate == rate { StepStatus::empty() } else { StepStatus::AUXILIARY_CLIPPED }
-    }
-
-    /// Steps 1 to 4 without committing anything.
-    #[inline(always)]
-    fn evaluate(
-        &self,
-        state: &SaturatedState,
-        input: &Admitted,
-        vehicle: &VehicleState,
-        reference: &Reference,
-    ) -> (Evaluation, AuxiliaryTerms, Law) {
-        let w = vehicle.rate_body;
-        let terms = self.auxiliary_terms(&state.auxiliary, &input.r, w);
-        let r_a = Mat3::from_quat(state.auxiliary.attitude);
-        let auxiliary = Some((&r_a, &terms));
-        let evaluation =
-            self.cascade.evaluate(&state.cascade, input, vehicle, reference, auxiliary);
-        let law = self.law(state, &evaluation, w);
-        (evaluation, terms, law)
+        let attitude = renormalised(q).unwrap_or(Quat::IDENTITY);
+        let mut rate = (rate + dt * law.auxiliary_drive()) * self.auxiliary_decay; // (39)
+        let mut status = StepStatus::empty();
+        let square = rate.length_squared();
+        if square > self.auxiliary_rate_max * self.auxiliary_rate_max {
+            rate = clip(rate, self.auxiliary_rate_max);
+            status = StepStatus::AUXILIARY_CLIPPED;
+        }
+        let moving = square + next.length_squared() > REST_SQUARE;
+        state.auxiliary = moving.then_some(Auxiliary { attitude, rate });
+        status
     }
 
     /// `W_a` in its own axes, for an observer.
-    fn auxiliary_attitude_rate(state: &SaturatedState, r: &Mat3, terms: &AuxiliaryTerms) -> Vec3 {
-        let r_a = Mat3::from_quat(state.auxiliary.attitude);
-        transpose_mul(&r_a, *r * terms.rate_body)
+    fn auxiliary_attitude_rate(state: &SaturatedState, evaluation: &Evaluation) -> Vec3 {
+        let q_a = state.auxiliary.unwrap_or(Auxiliary::REST).attitude;
+        rotate_back(q_a, evaluation.virtual_rate.auxiliary_rate_world)
     }
 }
 
@@ -279,7 +273,7 @@ impl TrackingController for Saturated {
             cascade: self.cascade.initial_state(),
             inverse_inertia: Estimate::new(inverse),
             gyroscopic_ratio: Estimate::new(Vec3::ZERO),
-            auxiliary: Auxiliary::REST,
+            auxiliary: None,
         }
     }
 
@@ -291,9 +285,8 @@ impl TrackingController for Saturated {
         reference: &Reference,
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput {
-        let input = match self.cascade.admit(vehicle, reference) {
-            Ok(input) => input,
-            Err(cause) => return self.cascade.hold(&mut state.cascade, cause),
+        let Some(input) = self.cascade.admit(vehicle, reference) else {
+            return self.cascade.hold(&mut state.cascade, vehicle, reference);
         };
         let clipped;
         let reference = if input.status.contains(StepStatus::REFERENCE_CLIPPED) {
@@ -302,11 +295,14 @@ impl TrackingController for Saturated {
         } else {
             reference
         };
-        let (evaluation, terms, law) = self.evaluate(state, &input, vehicle, reference);
-        let rates = law.inverse_inertia_rate + law.gyroscopic_ratio_rate + law.auxiliary_drive;
-        let sum = evaluation.sum() + (law.torque_demand + rates + terms.rate_body).element_sum();
-        if !sum.is_finite() {
-            return self.cascade.hold(&mut state.cascade, StepStatus::RESULT_INVALID);
+        let auxiliary = state.auxiliary.as_ref().map(|at| (at, self.config.k5));
+        let evaluation =
+            self.cascade.evaluate(&state.cascade, &input, vehicle, reference, auxiliary);
+        let law = self.law(state, &evaluation, vehicle.rate_body);
+        let rates = law.inverse_inertia_rate + law.gyroscopic_ratio_rate;
+        let sum = (law.torque_demand + rates).element_sum();
+        if !evaluation.is_usable(law.rate_error, sum) {
+            return self.cascade.hold(&mut state.cascade, vehicle, reference);
         }
         observe(&Intermediates {
             rate_error: law.rate_error,
@@ -314,11 +310,11 @@ impl TrackingController for Saturated {
             torque_body: law.torque,
             inverse_inertia_rate: law.inverse_inertia_rate,
             gyroscopic_ratio_rate: law.gyroscopic_ratio_rate,
-            auxiliary_attitude_rate: Self::auxiliary_attitude_rate(state, &input.r, &terms),
-            auxiliary_rate_dot: law.auxiliary_drive - self.config.k4 * state.auxiliary.rate,
-            ..evaluation.intermediates()
+            auxiliary_attitude_rate: Self::auxiliary_attitude_rate(state, &evaluation),
+            auxiliary_rate_dot: law.auxiliary_drive() - self.config.k4 * state.auxiliary_rate(),
+            ..evaluation.intermediates(&self.cascade, &state.cascade)
         });
-        self.commit(state, &evaluation, &terms, &law)
+        self.commit(state, &evaluation, &law)
     }
 
     fn step_period(&self) -> f32 {
@@ -347,6 +343,6 @@ impl TrackingController for Saturated {
     }
 
     fn auxiliary(&self, state: &SaturatedState) -> Auxiliary {
-        state.auxiliary
+        state.auxiliary.unwrap_or(Auxiliary::REST)
     }
 }

@@ -42,7 +42,7 @@ impl Response {
 #[inline(always)]
 #[must_use]
 pub fn sigma(x: Vec3, limit: f32) -> Response {
-    let tanh = Vec3::new(tanh(x.x), tanh(x.y), tanh(x.z));
+    let tanh = tanh_each(x);
     let slope = limit * (1.0 - tanh * tanh);
     Response { value: limit * tanh, slope, curvature: -2.0 * tanh * slope }
 }
@@ -51,7 +51,8 @@ pub fn sigma(x: Vec3, limit: f32) -> Response {
 #[inline(always)]
 #[must_use]
 pub fn smooth_sign(x: Vec3, delta_squared: f32) -> Response {
-    let inverse = inverse_root(x, delta_squared);
+    let square = x * x + delta_squared;
+    let inverse = Vec3::new(1.0 / sqrt(square.x), 1.0 / sqrt(square.y), 1.0 / sqrt(square.z));
     let value = x * inverse;
     let slope = delta_squared * inverse * inverse * inverse;
     Response { value, slope, curvature: -3.0 * value * inverse * slope }
@@ -61,25 +62,16 @@ pub fn smooth_sign(x: Vec3, delta_squared: f32) -> Response {
 #[inline(always)]
 #[must_use]
 pub fn smooth_sign_value(x: Vec3, delta_squared: f32) -> Vec3 {
-    x * inverse_root(x, delta_squared)
-}
-
-/// `1/sqrt(x^2 + delta^2)`, element-wise.
-#[inline(always)]
-fn inverse_root(x: Vec3, delta_squared: f32) -> Vec3 {
     let square = x * x + delta_squared;
-    Vec3::new(1.0 / sqrt(square.x), 1.0 / sqrt(square.y), 1.0 / sqrt(square.z))
+    x / Vec3::new(sqrt(square.x), sqrt(square.y), sqrt(square.z))
 }
 
 /// `sigma_3`, the hard clip to `[-limit, limit]` (37), element-wise; NaN stays NaN.
 #[inline(always)]
 #[must_use]
 pub fn clip(x: Vec3, limit: f32) -> Vec3 {
-    Vec3::new(
-        clip_between(x.x, -limit, limit),
-        clip_between(x.y, -limit, limit),
-        clip_between(x.z, -limit, limit),
-    )
+    let clip = |x: f32| if x.abs() > limit { limit.copysign(x) } else { x };
+    Vec3::new(clip(x.x), clip(x.y), clip(x.z))
 }
 
 /// `x` clipped to `[lower, upper]`; NaN stays NaN. Unlike `f32::clamp` it has no panic for
@@ -105,18 +97,23 @@ pub fn clip_between(x: f32, lower: f32, upper: f32) -> f32 {
 #[inline(always)]
 #[must_use]
 pub fn tanh(x: f32) -> f32 {
+    tanh_each(Vec3::splat(x)).x
+}
+
+/// [`tanh`] of each element; the three share the loads of the coefficients.
+#[inline(always)]
+fn tanh_each(x: Vec3) -> Vec3 {
     /// Square of the end of the fitted range.
     const RANGE_SQUARED: f32 = 7.8 * 7.8;
     const P: [f32; 5] = [5024.807, 639.6316, 13.637163, 0.0366609, -3.209_071_3e-5];
     const Q: [f32; 3] = [5024.808, 2314.5605, 115.19264];
 
     let y = x * x;
-    if y > RANGE_SQUARED {
-        return 1.0_f32.copysign(x);
-    }
     let p = (((P[4] * y + P[3]) * y + P[2]) * y + P[1]) * y + P[0];
     let q = ((y + Q[2]) * y + Q[1]) * y + Q[0];
-    x * p / q
+    let t = x * p / q;
+    let limited = |y: f32, t: f32, x: f32| if y > RANGE_SQUARED { 1.0_f32.copysign(x) } else { t };
+    Vec3::new(limited(y.x, t.x, x.x), limited(y.y, t.y, x.y), limited(y.z, t.z, x.z))
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! Wall time of one step of each controller, of each part of a tick, and of whole flights:
 //! `cargo bench -p sil-host --bench speed`. A flight's tick below 1 us is 1,000 times real time.
 
+use std::path::Path;
+
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::TrackingController;
 use ctrl_core::robust_adaptive::RobustAdaptive;
@@ -10,15 +12,14 @@ use ctrl_core::vehicle::Wrench;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::Vec3;
-use sil_host::closed_loop::Unobserved;
+use sil_host::closed_loop::{Observer, Unobserved};
 use sil_host::plant::Disturbance;
 use sil_host::plant::disturbance::DisturbanceProcess;
 use sil_host::plant::rigid_body::RigidBody;
+use sil_host::run::Watch;
 use sil_host::scenario::{ControllerConfig, LoadedScenario, Scenario};
 
 const PAPER: [&str; 2] = ["paper-robust-adaptive", "paper-saturated"];
-/// Ticks of one measured flight.
-const TICKS: u64 = 20_000;
 /// Calls in one measurement of a part of a tick.
 const CALLS: u64 = 1_000;
 
@@ -31,15 +32,28 @@ fn load(name: &str) -> LoadedScenario {
 }
 
 /// Control ticks of a whole flight without logging: reference, law, disturbance and plant.
-#[divan::bench(args = PAPER)]
+#[divan::bench(args = PAPER, sample_count = 20)]
 fn flight(bencher: Bencher, name: &str) {
+    fly(bencher, name, || Unobserved);
+}
+
+/// The same flight with every monitor, figure and a trace of every tick.
+#[divan::bench(args = PAPER, sample_count = 10)]
+fn flight_with_trace(bencher: Bencher, name: &str) {
+    let scenario = load(name).scenario().clone();
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("speed").join(name);
+    fly(bencher, name, || Watch::new(&scenario, &directory, 1).expect("results can be written"));
+}
+
+fn fly<O: Observer>(bencher: Bencher, name: &str, observer: impl Fn() -> O) {
     let scenario = load(name);
+    let ticks = scenario.scenario().ticks();
     bencher
-        .counter(ItemsCount::new(TICKS))
-        .with_inputs(|| scenario.flight().expect("a built-in scenario is valid"))
-        .bench_values(|mut flight| {
-            flight.advance(TICKS, &mut Unobserved);
-            black_box(*flight.truth())
+        .counter(ItemsCount::new(ticks))
+        .with_inputs(|| (scenario.flight().expect("a built-in scenario is valid"), observer()))
+        .bench_local_values(|(mut flight, mut observer)| {
+            flight.advance(ticks, &mut observer);
+            *flight.truth()
         });
 }
 

@@ -1,5 +1,6 @@
 //! The command line.
 
+use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
@@ -30,6 +31,9 @@ pub enum Command {
     Run(RunArguments),
 }
 
+/// A tenth of the ticks shows everything but single-tick noise, in a tenth of the space.
+const TRACE_EVERY: NonZeroU32 = NonZeroU32::new(10).expect("ten is not zero");
+
 /// How to run.
 #[derive(Clone, Debug, Args)]
 pub struct RunArguments {
@@ -42,6 +46,9 @@ pub struct RunArguments {
     /// Directory to write results to, one below it for each scenario.
     #[arg(long, default_value = "out", value_name = "DIR")]
     pub out: PathBuf,
+    /// Write every N-th control tick to the trace.
+    #[arg(long, default_value_t = TRACE_EVERY, value_name = "N")]
+    pub trace_every: NonZeroU32,
     /// Seed of every random number; short for `--set seed=N`.
     #[arg(long)]
     pub seed: Option<u32>,

@@ -5,10 +5,14 @@
 
 pub mod cli;
 pub mod closed_loop;
+pub mod figure;
 pub mod guarantee;
+pub mod page;
 pub mod plant;
 pub mod progress;
 pub mod report;
+pub mod results;
 pub mod run;
 pub mod sample;
 pub mod scenario;
+pub mod trace;

@@ -77,7 +77,7 @@ fn row(verdict: &Verdict) -> [String; 7] {
     ]
 }
 
-fn bound(requirement: Requirement) -> String {
+pub(crate) fn bound(requirement: Requirement) -> String {
     match requirement {
         Requirement::AtLeast(bound) => format!(">= {}", number(bound)),
         Requirement::AtMost(bound) => format!("<= {}", number(bound)),
@@ -87,7 +87,7 @@ fn bound(requirement: Requirement) -> String {
 }
 
 /// Five significant digits.
-fn number(x: f64) -> String {
+pub(crate) fn number(x: f64) -> String {
     let magnitude = x.abs();
     if x == 0.0 {
         "0".to_owned()

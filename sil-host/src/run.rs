@@ -1,7 +1,8 @@
 //! `run`: flies scenarios, checks their guarantees and writes their results.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 
 use crate::cli::RunArguments;
 use crate::closed_loop::Observer;
@@ -9,8 +10,9 @@ use crate::guarantee::Guarantees;
 use crate::guarantee::lyapunov::Evaluator;
 use crate::progress::Progress;
 use crate::report::{self, Outcome};
+use crate::results::Results;
 use crate::sample::Sample;
-use crate::scenario::{LoadedScenario, ScenarioError};
+use crate::scenario::{LoadedScenario, Scenario, ScenarioError};
 
 /// Updates of the progress display in a flight.
 const UPDATES: u64 = 100;
@@ -66,26 +68,45 @@ pub fn run(arguments: &RunArguments) -> Result<bool, RunError> {
     Ok(outcomes.iter().all(Outcome::passed))
 }
 
-/// Everything that watches a flight.
-struct Watch {
+/// Everything that watches a flight: monitors, trace and figures.
+#[derive(Debug)]
+pub struct Watch {
     evaluator: Evaluator,
     guarantees: Guarantees,
+    results: Results,
+}
+
+impl Watch {
+    /// Watches a flight of `scenario`; results go to `directory`, a row of the trace every
+    /// `trace_every` ticks.
+    ///
+    /// # Errors
+    /// When the results cannot be written.
+    pub fn new(scenario: &Scenario, directory: &Path, trace_every: u64) -> io::Result<Self> {
+        let parameters = scenario.vehicle.into();
+        let Scenario { guarantees, controller, .. } = scenario;
+        Ok(Self {
+            evaluator: Evaluator::new(controller, &parameters),
+            guarantees: Guarantees::new(guarantees, controller, &parameters),
+            results: Results::create(directory, scenario, trace_every)?,
+        })
+    }
 }
 
 impl Observer for Watch {
     fn observe(&mut self, sample: &Sample) {
         let evaluation = self.evaluator.evaluate(sample);
         self.guarantees.observe(sample, &evaluation);
+        self.results.observe(sample, &evaluation);
     }
 }
 
 fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, RunError> {
     let scenario = loaded.scenario();
-    let parameters = scenario.vehicle.into();
-    let mut watch = Watch {
-        evaluator: Evaluator::new(&scenario.controller, &parameters),
-        guarantees: Guarantees::new(&scenario.guarantees, &scenario.controller, &parameters),
-    };
+    let directory = arguments.out.join(&scenario.name);
+    let unwritable = |error: io::Error| RunError::Output(directory.clone(), error.to_string());
+    let trace_every = u64::from(arguments.trace_every.get());
+    let mut watch = Watch::new(scenario, &directory, trace_every).map_err(unwritable)?;
     let mut flight = loaded.flight()?;
     let ticks = scenario.ticks();
     let progress = Progress::new(&scenario.name, ticks, scenario.duration, arguments.quiet);
@@ -98,13 +119,15 @@ fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, Run
         flown += now;
         progress.advance(now);
     }
-    Ok(Outcome {
+    let outcome = Outcome {
         name: scenario.name.clone(),
         description: scenario.description.clone(),
         broken_assumptions: scenario.broken_assumptions(),
         verdicts: watch.guarantees.verdicts(),
         flight_time: scenario.duration,
         wall_time: progress.finish().as_secs_f64(),
-        directory: arguments.out.join(&scenario.name),
-    })
+        directory: directory.clone(),
+    };
+    watch.results.finish(scenario, &outcome).map_err(unwritable)?;
+    Ok(outcome)
 }

@@ -1,8 +1,9 @@
 //! System tests across the crates, and what they measure against: an independent `f64`
-//! transcription of the control laws, the golden steps, random steps
-//! one tolerance helper, and the documented accuracy of the core.
+//! transcription of the control laws, the golden steps, random steps, flights of the simulated
+//! vehicle, one tolerance helper, and the documented accuracy of the core.
 
 pub mod accuracy;
+pub mod flight;
 pub mod golden;
 pub mod paper_example;
 pub mod random;

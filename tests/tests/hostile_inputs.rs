@@ -195,6 +195,20 @@ fn reference_vectors(r: &mut Reference) -> [&mut Vec3; 8] {
     ]
 }
 
+/// Two components out of range by the same magnitude and opposite signs.
+#[test]
+fn components_out_of_range_do_not_excuse_each_other() {
+    let controller = saturated(&SATURATED_GAINS, DT).expect("shipped gains");
+    for (i, j) in (0..24).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        let (vehicle, mut reference) = good(0);
+        *reference_component(&mut reference, i) = 1e12;
+        *reference_component(&mut reference, j) = -1e12;
+        let output = controller.step(&mut controller.initial_state(), &vehicle, &reference);
+        let expected = StepStatus::REFERENCE_INVALID | StepStatus::OUTPUT_HELD;
+        assert_eq!(output.status, expected, "components {i} and {j}");
+    }
+}
+
 /// Without decay of the smoothing width.
 fn steady(gains: Gains) -> Gains {
     Gains { delta_1: 0.0, ..gains }

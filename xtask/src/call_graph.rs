@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use crate::disassembly::{Instruction, Listing};
 use crate::elf::{Function, Image};
+use crate::frames::frame;
 
 /// A function with its instructions and calls.
 pub struct Node {
@@ -29,17 +30,22 @@ impl CallGraph {
     /// Fails on a call or jump whose target is not in the instruction itself, and on one to where
     /// no function is: what cannot be followed cannot be vouched for.
     pub fn walk(image: &Image, listing: &Listing, root: &str) -> Result<Self> {
-        let root = image.named(root)?.range.start;
-        let (mut nodes, mut open) = (BTreeMap::new(), vec![root]);
-        while let Some(address) = open.pop() {
+        Self::walk_from(image, listing, image.named(root)?.range.start)
+    }
+
+    /// As [`walk`](Self::walk), from the function that starts at `root`.
+    pub fn walk_from(image: &Image, listing: &Listing, root: u64) -> Result<Self> {
+        let (mut nodes, mut open) = (BTreeMap::new(), vec![(root, String::new())]);
+        while let Some((address, path)) = open.pop() {
             if nodes.contains_key(&address) {
                 continue;
             }
-            let function = image
-                .containing(address)
-                .with_context(|| format!("a call leads to {address:#x}, where no function is"))?;
-            let node = node(function, listing, image)?;
-            open.extend(node.calls.iter().map(|(_, callee)| callee));
+            let function = image.containing(address).with_context(|| {
+                format!("a call leads to {address:#x}, where no function is ({path})")
+            })?;
+            let path = format!("{path} > {}", function.name);
+            let node = node(function, listing, image).with_context(|| path.clone())?;
+            open.extend(node.calls.iter().map(|(_, callee)| (*callee, path.clone())));
             nodes.insert(address, node);
         }
         Ok(Self { root, nodes })
@@ -62,7 +68,8 @@ impl CallGraph {
         self.nodes().map(|node| node.function.range.end - node.function.range.start).sum()
     }
 
-    /// Worst-case stack below the caller [B]; fails on recursion and on an unknown frame.
+    /// Worst-case stack below the caller [B], frames as the compiler gave them or else as the code
+    /// shows them; fails on recursion and on a frame without bound.
     pub fn stack(&self, image: &Image) -> Result<u64> {
         self.stack_from(self.root, image, &mut Vec::new())
     }
@@ -71,9 +78,11 @@ impl CallGraph {
         let node = &self.nodes[&address];
         let name = &node.function.name;
         ensure!(!path.contains(&address), "`{name}` is recursive: its stack has no bound");
-        let own = image
-            .stack_size(address)
-            .with_context(|| format!("the compiler gave no stack size for `{name}`"))?;
+        let instructions = node.instructions.iter().map(|(_, instruction)| instruction);
+        let own = match image.stack_size(address) {
+            Some(size) => size,
+            None => frame(instructions).with_context(|| format!("stack frame of `{name}`"))?,
+        };
         path.push(address);
         let mut deepest = 0;
         for (_, callee) in &node.calls {
@@ -157,11 +166,12 @@ fn is_condition(rest: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::flow;
-    use crate::disassembly::Instruction;
+    use super::{CallGraph, flow};
+    use crate::disassembly::{Instruction, Listing};
+    use crate::elf::Image;
 
     fn flow_of(mnemonic: &str, operands: &str) -> anyhow::Result<Option<u64>> {
-        flow(&Instruction { mnemonic: mnemonic.into(), operands: operands.into() })
+        flow(&instruction(mnemonic, operands))
     }
 
     #[test]
@@ -197,6 +207,41 @@ mod tests {
             [("blx", "r3"), ("bx", "r0"), ("mov", "pc, r1"), ("ldr.w", "pc, [r0, r1, lsl #2]")]
         {
             assert!(flow_of(mnemonic, operands).is_err(), "{mnemonic} {operands}");
+        }
+    }
+
+    fn instruction(mnemonic: &str, operands: &str) -> Instruction {
+        Instruction { mnemonic: mnemonic.into(), operands: operands.into() }
+    }
+
+    /// `outer` calls `inner`, which ends with `last`.
+    fn stack(inner_frame: Option<u64>, last: Instruction) -> anyhow::Result<u64> {
+        let image =
+            Image::of(&[("outer", 0x10..0x14, Some(24)), ("inner", 0x20..0x24, inner_frame)]);
+        let listing = Listing::from([
+            (0x10, instruction("bl", "0x20 <inner>")),
+            (0x12, instruction("pop", "{r7, pc}")),
+            (0x20, last),
+        ]);
+        CallGraph::walk(&image, &listing, "outer")?.stack(&image)
+    }
+
+    #[test]
+    fn stack_adds_up_along_calls() {
+        assert_eq!(stack(Some(100), instruction("bx", "lr")).unwrap(), 124);
+    }
+
+    #[test]
+    fn what_has_no_bound_is_refused() {
+        for (frame, last, reason) in [
+            (None, instruction("sub", "sp, sp, r0"), "unknown amount"),
+            (Some(8), instruction("bl", "0x20 <inner>"), "recursive"),
+            (Some(8), instruction("b", "0x10 <outer>"), "recursive"),
+            (Some(8), instruction("blx", "r3"), "indirect"),
+            (Some(8), instruction("bl", "0x40"), "where no function is"),
+        ] {
+            let error = format!("{:#}", stack(frame, last).unwrap_err());
+            assert!(error.contains(reason), "{error}");
         }
     }
 }

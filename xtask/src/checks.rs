@@ -1,13 +1,13 @@
 //! `cargo xtask ci` and `cargo xtask test`: every check in order, timed.
 
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 
 use crate::shell::{cargo, run};
 use crate::toolchain::{TARGET, set_up};
-use crate::{budgets, machine_code};
+use crate::{budgets, firmware, machine_code};
 
 /// One thing that must succeed.
 pub struct Check {
@@ -20,21 +20,25 @@ pub const ALL: &[Check] = &[
     SET_UP,
     FORMAT,
     LINT_HOST,
-    Check { name: "clippy, target", run: lint_target },
-    Check { name: "documentation", run: documentation },
-    TESTS,
-    Check { name: "ctrl-core for the target", run: core_for_target },
-    Check { name: "machine code of the steps", run: machine_code::check_all },
-    Check { name: "budgets", run: budgets::check },
+    check("clippy, target", lint_target),
+    check("documentation", documentation),
+    check("tests", tests),
+    check("core for the target", core_for_target),
+    check("firmware images", firmware::build),
+    check("machine code of the steps", machine_code::check_all),
+    check("budgets", budgets::check),
 ];
 
 /// What to run while working.
-pub const EVERYDAY: &[Check] = &[SET_UP, FORMAT, LINT_HOST, TESTS];
+pub const EVERYDAY: &[Check] = &[SET_UP, FORMAT, LINT_HOST, check("tests", tests)];
 
-const SET_UP: Check = Check { name: "set-up", run: set_up };
-const FORMAT: Check = Check { name: "format", run: format };
-const LINT_HOST: Check = Check { name: "clippy, host", run: lint_host };
-const TESTS: Check = Check { name: "tests", run: tests };
+const SET_UP: Check = check("set-up", set_up);
+const FORMAT: Check = check("format", format);
+const LINT_HOST: Check = check("clippy, host", lint_host);
+
+const fn check(name: &'static str, run: fn() -> Result<()>) -> Check {
+    Check { name, run }
+}
 
 /// Runs `checks` until one fails, and prints how long each took.
 pub fn run_all(checks: &[Check]) -> Result<()> {
@@ -88,11 +92,31 @@ fn lint_target() -> Result<()> {
         run(&mut cargo(all.copied()))
     };
     lint(&["-p", "ctrl-core"])?;
-    lint(&["-p", "step-image"])
+    lint(&["-p", "step-image"])?;
+    for outfit in firmware::OUTFITS {
+        lint(&["-p", "firmware", "--features", outfit])?;
+    }
+    Ok(())
 }
 
+/// Units in brackets, such as `[kg]`, which rustdoc takes for links.
+const UNITS: [&str; 12] = ["m", "s", "ms", "us", "kg", "N", "rad", "deg", "Hz", "B", "bytes", "g"];
+
 fn documentation() -> Result<()> {
-    run(on_host(&["doc"]).args(["--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
+    let mut command = on_host(&["doc"]);
+    command.args(["--no-deps", "--quiet", "--message-format", "short"]);
+    let output = command.stdout(Stdio::inherit()).output().context("cargo doc")?;
+    let messages = String::from_utf8_lossy(&output.stderr);
+    let faults: Vec<_> = messages.lines().filter(|line| !is_unit(line)).collect();
+    faults.iter().for_each(|fault| eprintln!("{fault}"));
+    ensure!(output.status.success() && faults.is_empty(), "the documentation has faults");
+    Ok(())
+}
+
+/// Whether rustdoc only misses the target of a unit, or sums up how often it did.
+fn is_unit(message: &str) -> bool {
+    let unit = |unit| message.contains(&format!("unresolved link to `{unit}`: no item"));
+    UNITS.into_iter().any(unit) || (message.starts_with("warning: `") && message.contains("` (lib"))
 }
 
 fn tests() -> Result<()> {

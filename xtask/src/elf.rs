@@ -40,6 +40,23 @@ impl Image {
         })
     }
 
+    /// An image of functions given by name, addresses and stack frame, for tests.
+    #[cfg(test)]
+    pub fn of(functions: &[(&str, Range<u64>, Option<u64>)]) -> Self {
+        let mut image = Self {
+            functions: BTreeMap::new(),
+            stack_sizes: BTreeMap::new(),
+            flash: 0,
+            static_ram: 0,
+        };
+        for (name, range, stack) in functions {
+            let function = Function { name: (*name).to_owned(), range: range.clone() };
+            image.functions.insert(range.start, function);
+            image.stack_sizes.extend(stack.map(|stack| (range.start, stack)));
+        }
+        image
+    }
+
     /// The function with exactly this name.
     pub fn named(&self, name: &str) -> Result<&Function> {
         let mut functions = self.functions.values();

@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 
 use crate::call_graph::CallGraph;
 use crate::sources::Sources;
-use crate::step_image::{CONTROLLERS, StepImage};
+use crate::step_image::{CONTROLLERS, NONE, StepImage};
 
 /// Parts of function names, and why a step must not reach such a function.
 const FORBIDDEN: [(&str, &str); 10] = [
@@ -61,10 +61,22 @@ fn faults(graph: &CallGraph, sources: &Sources) -> Result<Vec<String>> {
     Ok(faults)
 }
 
+/// The check must be able to fail: an image's own harness has all that a step must not have.
+fn knows_bad_code() -> Result<()> {
+    let image = StepImage::open(NONE)?;
+    let harness = CallGraph::walk(&image.image, &image.listing, "main");
+    let refused = harness.err().is_some_and(|error| format!("{error:#}").contains("indirect"));
+    ensure!(refused, "the walk follows the harness, which calls through a pointer");
+    let faults = faults(&image.graph, &Sources::open(&image.path)?)?;
+    ensure!(!faults.is_empty(), "no fault found in a step without a square root");
+    Ok(())
+}
+
 /// Checks every controller's image and reports what its step consists of.
 pub fn check_all() -> Result<()> {
     crate::step_image::build()?;
     let mut good = true;
+    knows_bad_code()?;
     for controller in CONTROLLERS {
         let image = StepImage::open(controller)?;
         let size = image.graph.code_size();

@@ -6,6 +6,9 @@ mod checks;
 mod cycles;
 mod disassembly;
 mod elf;
+mod firmware;
+mod frames;
+mod image_stack;
 mod machine_code;
 mod measurement;
 mod profile;
@@ -24,7 +27,9 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   test          the everyday checks: format, clippy, tests
   setup         install the toolchain's parts and the emulator
   machine-code  what the control steps' machine code must and must not contain
-  budgets       instructions, cycles, memory and stack against budgets.toml
+  budgets [--accept]
+                instructions, cycles, memory and stack against budgets.toml; --accept moves its
+                limits to what was measured
   profile CONTROLLER [FLIGHT [ROWS]]
                 where a step's instructions go; CONTROLLER is robust-adaptive or saturated,
                 FLIGHT one of those that `budgets` lists (the paper's unless given)";
@@ -50,7 +55,12 @@ fn run() -> Result<()> {
         ["test"] => checks::run_all(checks::EVERYDAY),
         ["setup"] => toolchain::set_up(),
         ["machine-code"] => machine_code::check_all(),
+        ["stack", image] => {
+            println!("{}", image_stack::worst_case(Path::new(image))?);
+            Ok(())
+        }
         ["budgets"] => budgets::check(),
+        ["budgets", "--accept"] => budgets::accept(),
         ["profile", controller] => profile::run(controller, "paper", 40),
         ["profile", controller, flight] => profile::run(controller, flight, 40),
         ["profile", controller, flight, rows] => {

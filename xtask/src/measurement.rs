@@ -17,7 +17,7 @@ const STACK_MARGIN: u64 = 64;
 /// Builds images and plugin, and writes the flights.
 pub fn prepare() -> Result<()> {
     build()?;
-    run(&mut cargo(["run", "--release", "--quiet", "-p", "step-samples", "--", SAMPLES]))
+    run(&mut cargo(["run", "--quiet", "-p", "step-samples", "--", SAMPLES]))
 }
 
 /// Instructions a step in one flight.
@@ -55,7 +55,10 @@ impl Case {
 pub struct Measurement {
     /// One for each flight; those of the paper are called so.
     pub cases: Vec<Case>,
-    /// Bytes of flash that an image with the controller has more than one without.
+    /// Bytes of flash of everything that the step reaches, constants included.
+    pub flash_step: u64,
+    /// Bytes of flash that an image with the controller has more than one without: the step, and
+    /// the constructor with its validation and messages.
     pub flash: u64,
     /// Bytes of RAM: the validated controller and its state.
     pub ram: u64,
@@ -86,7 +89,8 @@ impl Measurement {
             "{controller}: the call graph gives {stack} B of stack, painted memory {painted_stack} B"
         );
         let flash = image.image.flash - empty.image.flash;
-        Ok(Self { cases, flash, ram, stack, painted_stack })
+        let flash_step = image.graph.code_size();
+        Ok(Self { cases, flash_step, flash, ram, stack, painted_stack })
     }
 }
 

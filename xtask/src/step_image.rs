@@ -89,8 +89,8 @@ impl StepImage {
 pub struct Flight {
     /// Instructions of every step, from the plugin.
     pub instructions: Vec<u64>,
-    /// How often each instruction was executed inside steps, by address.
-    pub executed: Vec<(u64, u64)>,
+    /// How often each instruction was executed inside steps.
+    pub executed: Executed,
     /// What each step returned.
     pub answers: Vec<Answer>,
     /// Stack and sizes.
@@ -111,7 +111,10 @@ impl Flight {
     }
 }
 
-fn read_counts(path: &Path) -> Result<(Vec<u64>, Vec<(u64, u64)>)> {
+/// Addresses of instructions, and how often each was executed.
+type Executed = Vec<(u64, u64)>;
+
+fn read_counts(path: &Path) -> Result<(Vec<u64>, Executed)> {
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
     let (mut calls, mut executed) = (Vec::new(), Vec::new());
     for line in text.lines() {

@@ -1,19 +1,20 @@
 //! What of the input a step may use: finite, in range, a rotation, an acceleration within `M_p`.
+//!
+//! Checking every component first would cost a tenth of the step. So only the attitude is checked
+//! beforehand; whatever else is not finite or out of range shows in the errors or in the results,
+//! which are checked before anything is committed, and only then is the cause looked for.
 
 use glam::{Mat3, Quat, Vec3};
 
-use super::Cascade;
-use crate::controller::StepStatus;
+use super::{Cascade, CascadeState, Evaluation};
+use crate::controller::{StepOutput, StepStatus};
 use crate::reference::Reference;
 use crate::rotation::renormalised;
 use crate::vehicle::VehicleState;
 
-/// A vehicle state whose squares of position [m], velocity [m/s] and body rate [rad/s] sum to more
-/// than this is no state of a vehicle; NaN and infinities do not compare as smaller either.
-const STATE_SQUARE_MAX: f32 = 1e14;
-
-/// The same for the sum of all components of a reference.
-const REFERENCE_SUM_MAX: f32 = 1e9;
+/// Squares [SI units] of state, reference or errors that sum to more than this are nothing a vehicle
+/// can follow: 1,000 km, 1,000 km/s. NaN and infinities do not compare as smaller either.
+const SQUARE_MAX: f32 = 1e12;
 
 /// How far `|q|^2` may be from one before the status says so.
 const UNIT_TOLERANCE: f32 = 0.02;
@@ -30,25 +31,11 @@ pub(crate) struct Admitted {
 }
 
 impl Cascade {
-    /// Checks the input of one step; the error is the status that explains the refusal.
+    /// The attitude to use and what had to be mended; `None` if the quaternion has no direction.
     #[inline(always)]
-    pub fn admit(
-        &self,
-        vehicle: &VehicleState,
-        reference: &Reference,
-    ) -> Result<Admitted, StepStatus> {
-        let square = vehicle.position_world.length_squared()
-            + vehicle.velocity_world.length_squared()
-            + vehicle.rate_body.length_squared();
+    pub fn admit(&self, vehicle: &VehicleState, reference: &Reference) -> Option<Admitted> {
         let q = vehicle.attitude;
-        let attitude = renormalised(q).filter(|_| square < STATE_SQUARE_MAX);
-        let Some(attitude) = attitude else {
-            return Err(StepStatus::STATE_INVALID);
-        };
-        let in_range = sum(reference).abs() < REFERENCE_SUM_MAX; // false for NaN
-        if !in_range {
-            return Err(StepStatus::REFERENCE_INVALID);
-        }
+        let attitude = renormalised(q)?;
         let mut status = StepStatus::empty();
         if (q.length_squared() - 1.0).abs() > UNIT_TOLERANCE {
             status |= StepStatus::ATTITUDE_RENORMALISED;
@@ -56,7 +43,7 @@ impl Cascade {
         if !self.within_bound(reference.acceleration_world) {
             status |= StepStatus::REFERENCE_CLIPPED;
         }
-        Ok(Admitted { attitude, r: Mat3::from_quat(attitude), status })
+        Some(Admitted { attitude, r: Mat3::from_quat(attitude), status })
     }
 
     /// Whether each component is within `M_p`.
@@ -77,11 +64,46 @@ impl Cascade {
             ..*reference
         }
     }
+
+    /// A step without usable input or result: the last wrench again, and no estimate moves.
+    #[cold]
+    #[inline(never)]
+    pub fn hold(
+        &self,
+        state: &mut CascadeState,
+        vehicle: &VehicleState,
+        reference: &Reference,
+    ) -> StepOutput {
+        self.decay(state);
+        let mut status = StepStatus::OUTPUT_HELD;
+        let square = vehicle.position_world.length_squared()
+            + vehicle.velocity_world.length_squared()
+            + vehicle.rate_body.length_squared();
+        let state_in_range = square < SQUARE_MAX && renormalised(vehicle.attitude).is_some();
+        let reference_in_range = square_sum(reference) < SQUARE_MAX;
+        status.set(StepStatus::STATE_INVALID, !state_in_range);
+        status.set(StepStatus::REFERENCE_INVALID, !reference_in_range);
+        status.set(StepStatus::RESULT_INVALID, state_in_range && reference_in_range);
+        let wrench = state.wrench;
+        StepOutput { wrench, torque_demand_body: wrench.torque_body, status }
+    }
 }
 
-/// Sum of all components.
-#[inline(always)]
-fn sum(reference: &Reference) -> f32 {
+impl Evaluation {
+    /// Whether all errors are in range and every result is finite; `step_4` is a sum of the results
+    /// of step 4, so not finite if one of them is not.
+    #[inline(always)]
+    pub fn is_usable(&self, rate_error: Vec3, step_4: f32) -> bool {
+        let square = self.force.position_error.length_squared()
+            + self.force.velocity_error.length_squared()
+            + rate_error.length_squared();
+        let sum = self.force.thrust + self.force.inverse_mass_rate + step_4;
+        square + 0.0 * sum < SQUARE_MAX // 0 times an infinity is NaN
+    }
+}
+
+/// Sum of the squares of all components.
+fn square_sum(reference: &Reference) -> f32 {
     let Reference {
         position_world,
         velocity_world,
@@ -92,7 +114,12 @@ fn sum(reference: &Reference) -> f32 {
         left_rate_world,
         left_acceleration_world,
     } = reference;
-    let motion = (position_world + velocity_world) + (acceleration_world + jerk_world) + snap_world;
-    let heading = (left_world + left_rate_world) + left_acceleration_world;
-    (motion + heading).element_sum()
+    position_world.length_squared()
+        + velocity_world.length_squared()
+        + acceleration_world.length_squared()
+        + jerk_world.length_squared()
+        + snap_world.length_squared()
+        + left_world.length_squared()
+        + left_rate_world.length_squared()
+        + left_acceleration_world.length_squared()
 }

@@ -1,7 +1,7 @@
 //! Step 2: from the commanded force to the desired attitude, its rate and acceleration.
 //!
 //! ```text
-//! r3 = unit(alpha) or unit(R_a^T alpha)                                      (45)
+//! r3 = unit(alpha) = u/n, or R_a^T of it                                     (45)
 //! r2 = unit( (r3.b3d) b2d - (r3.b2d) b3d )                                   (22)
 //! r1 = r2 × r3,   R_d = [r1 r2 r3]                                           (23), (24)
 //! w_d = vee(R_d^T R_d')                                                      (25)
@@ -12,7 +12,7 @@
 //!
 //! Rate and acceleration follow without forming `r1'` to `r2''`. In the axes of `R_d`,
 //! `r_i' = w_d × e_i`; let `B = [rho, 0, s]` (it has no `r2` component), `b = R_d^T B'`,
-//! `p = R_d^T alpha'/f` and `P = R_d^T alpha''/f`. Differentiating `alpha = f r3` twice gives
+//! `p = R_d^T u'/n` and `P = R_d^T u''/n`. Differentiating `u = n r3` twice gives
 //!
 //! ```text
 //! w_d.x = -p.y             w_d.x' = -(P.y - 2 p.z p.y) + w_d.z w_d.y
@@ -26,11 +26,11 @@
 //! s' = rho w_d.y + b.z     rho' = b.x - s w_d.y
 //! ```
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Quat, Vec3};
 
 use crate::jet::Jet;
 use crate::reference::Reference;
-use crate::rotation::transpose_mul;
+use crate::rotation::{rotate, rotate_back, transpose_mul};
 use crate::sqrt::sqrt;
 
 /// Sine of the angle between `r3` and `B` below which the lateral axis counts as undefined.
@@ -59,19 +59,19 @@ fn heading_normal(reference: &Reference) -> Jet<Vec3> {
     reference.left().cross(reference.specific_force())
 }
 
-/// Evaluates step 2. `held_lateral` is the last `r2`; `auxiliary` is `R_a`, which counts as constant
+/// Evaluates step 2. `held_lateral` is the last `r2`; `auxiliary` is `q_a`, which counts as constant
 /// when `R_d` is differentiated (departure 12 of `docs/theory.md`).
 #[inline(always)]
 pub(crate) fn desired_attitude(
-    alpha: &Jet<Vec3>,
-    thrust: f32,
+    u: &Jet<Vec3>,
+    n: f32,
     reference: &Reference,
     held_lateral: Vec3,
-    auxiliary: Option<&Mat3>,
+    auxiliary: Option<Quat>,
 ) -> DesiredAttitude {
-    let inverse_thrust = 1.0 / thrust;
-    let r3_world = alpha.value * inverse_thrust;
-    let r3 = auxiliary.map_or(r3_world, |r_a| transpose_mul(r_a, r3_world));
+    let inverse_n = 1.0 / n;
+    let r3_world = u.value * inverse_n;
+    let r3 = auxiliary.map_or(r3_world, |q_a| rotate_back(q_a, r3_world));
     let normal = heading_normal(reference);
 
     let lateral = r3.cross(normal.value);
@@ -86,14 +86,14 @@ pub(crate) fn desired_attitude(
     };
     let r1 = r2.cross(r3); // (23)
     let frame = Mat3::from_cols(r1, r2, r3);
-    let axes_world = auxiliary.map_or(frame, |r_a| {
-        let r2_world = *r_a * r2;
+    let axes_world = auxiliary.map_or(frame, |q_a| {
+        let r2_world = rotate(q_a, r2);
         Mat3::from_cols(r2_world.cross(r3_world), r2_world, r3_world)
     });
 
-    // r1, r2 and r3 components of alpha'/f and alpha''/f.
-    let p = transpose_mul(&axes_world, alpha.first * inverse_thrust);
-    let tilting = alpha.second * inverse_thrust - 2.0 * p.z * (alpha.first * inverse_thrust);
+    let u_dot = u.first * inverse_n;
+    let p = transpose_mul(&axes_world, u_dot);
+    let tilting = u.second * inverse_n - 2.0 * p.z * u_dot;
     let (x, y) = (-p.y, p.x); // (25)
     // The yaw rate that keeps r2 . B = 0; none while the lateral axis is held.
     let (z, yaw) = if held {

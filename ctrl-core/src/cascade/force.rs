@@ -10,14 +10,17 @@
 //! f   = |alpha|                                                              (21)
 //! beta' = Proj( gamma1 G . (f R e3) )                                        (14)
 //! ```
-//! `alpha` is a closed form of `e_p`, `e_v`, `beta` and time, so its derivatives follow exactly from
-//! the model's `v'` and `v''`. Hence three passes, each feeding the next:
+//! `u` is a closed form of `e_p`, `e_v` and time, so its derivatives follow exactly from the model's
+//! `v'` and `v''`. With `n = |u| = beta f` these do not even contain `beta`, hence three passes, each
+//! feeding the next:
 //!
 //! ```text
-//! alpha   from p, v            v'  = -g e3 + beta f b3                        (b3 = R e3)
-//! alpha'  from v'              v'' = (beta' f + beta f') b3 + beta f b3'      (b3' = R (w × e3))
-//! alpha'' from v''             f'  = alpha . alpha'/f
+//! u   from p, v            v'  = -g e3 + n b3                                 (b3 = R e3)
+//! u'  from v'              v'' = n' b3 + n b3'                 (b3' = R (w × e3), n' = u . u'/n)
+//! u'' from v''
 //! ```
+//! The attitude needs the direction of `alpha` alone, which is that of `u`; `alpha'` and `alpha''`
+//! themselves are formed for observers only.
 
 use glam::{Mat3, Vec3};
 
@@ -36,14 +39,17 @@ pub(crate) struct ForceCommand {
     /// `G` and `G'`.
     pub g: Vec3,
     pub g_dot: Vec3,
-    /// `alpha`, `alpha'`, `alpha''` [N].
-    pub alpha: Jet<Vec3>,
-    /// `f = |alpha|` [N].
+    /// `u`, `u'`, `u''`: commanded specific force [m/s^2].
+    pub u: Jet<Vec3>,
+    /// `n = |u|` and its rate.
+    pub n: f32,
+    pub n_dot: f32,
+    /// `f = |alpha| = n/beta` [N].
     pub thrust: f32,
-    /// `f'` [N/s].
-    pub thrust_dot: f32,
     /// `beta'` (14).
     pub inverse_mass_rate: f32,
+    /// `G . b3` and its rate.
+    pub force_axis: (f32, f32),
 }
 
 /// First pass: the errors and every nonlinearity evaluated at them.
@@ -76,7 +82,7 @@ impl Shaped {
         Self { position_error, velocity_error, sigma1, sigma2, g, sign }
     }
 
-    /// `u = beta alpha` (13), given the reference's specific force `g e3 + p_d''`.
+    /// `u` (13), given the reference's specific force `g e3 + p_d''`.
     #[inline(always)]
     fn command(&self, law: &Cascade, specific_force: Vec3) -> Vec3 {
         specific_force
@@ -112,56 +118,72 @@ pub(crate) fn force_command(
 ) -> ForceCommand {
     let gains = &law.gains;
     let d1 = law.uncertainty.disturbance_acceleration;
-    let inverse_beta = 1.0 / beta;
     let specific_force = reference.specific_force();
 
-    // First pass: alpha.
+    // First pass: u.
     let shaped = Shaped::new(law, delta_squared, vehicle, reference);
-    let alpha = inverse_beta * shaped.command(law, specific_force.value); // (13)
-    let thrust = sqrt(alpha.length_squared()); // (21)
+    let u = shaped.command(law, specific_force.value); // (13)
+    let n = sqrt(u.length_squared());
+    let thrust = n / beta; // (21)
 
-    // Second pass: alpha', with the model's v'.
+    // Second pass: u', with the model's v'.
     let b3 = r.z_axis;
-    let force_axis_gain = shaped.g.dot(b3);
-    let wanted_rate = gains.gamma1 * thrust * force_axis_gain;
-    let adapting = law.adapts(beta, wanted_rate);
-    let inverse_mass_rate = if adapting { wanted_rate } else { 0.0 }; // (14)
-    let acceleration = beta * thrust * b3 - GRAVITY * Vec3::Z;
-    let error_2 = acceleration - reference.acceleration_world;
+    let error_2 = minus_gravity(n * b3) - reference.acceleration_world;
     let first = Motion::new(law, shaped.velocity_error, error_2);
     let sigma_dot = shaped.sigma1.first(first.lambda1) + shaped.sigma2.first(first.lambda2);
     let g_dot = gains.k2 * sigma_dot + gains.k1 * error_2;
-    let command_dot = specific_force.first - sigma_dot - d1 * shaped.sign.first(g_dot);
-    let alpha_dot = inverse_beta * (command_dot - inverse_mass_rate * alpha);
-    let thrust_dot = alpha.dot(alpha_dot) / thrust;
+    let u_dot = specific_force.first - sigma_dot - d1 * shaped.sign.first(g_dot);
+    let n_dot = u.dot(u_dot) / n;
 
-    // Third pass: alpha'', with the model's v''.
+    // Third pass: u'', with the model's v''.
     let rate = vehicle.rate_body;
     let b3_dot = rate.y * r.x_axis - rate.x * r.y_axis; // R (w × e3)
-    let jerk = (inverse_mass_rate * thrust + beta * thrust_dot) * b3 + beta * thrust * b3_dot;
-    let error_3 = jerk - reference.jerk_world;
+    let error_3 = n_dot * b3 + n * b3_dot - reference.jerk_world;
     let second = Motion::new(law, error_2, error_3);
     let sigma_ddot = shaped.sigma1.second(first.lambda1, second.lambda1)
         + shaped.sigma2.second(first.lambda2, second.lambda2);
     let g_ddot = gains.k2 * sigma_ddot + gains.k1 * error_3;
-    let command_ddot = specific_force.second - sigma_ddot - d1 * shaped.sign.second(g_dot, g_ddot);
-    let inverse_mass_acceleration = if adapting {
-        gains.gamma1
-            * (thrust_dot * force_axis_gain + thrust * (g_dot.dot(b3) + shaped.g.dot(b3_dot)))
-    } else {
-        0.0
-    };
-    let alpha_ddot = inverse_beta
-        * (command_ddot - 2.0 * inverse_mass_rate * alpha_dot - inverse_mass_acceleration * alpha);
+    let u_ddot = specific_force.second - sigma_ddot - d1 * shaped.sign.second(g_dot, g_ddot);
 
+    let g = shaped.g;
+    let force_axis = (g.dot(b3), g_dot.dot(b3) + g.dot(b3_dot));
     ForceCommand {
         position_error: shaped.position_error,
         velocity_error: shaped.velocity_error,
-        g: shaped.g,
+        g,
         g_dot,
-        alpha: Jet::new(alpha, alpha_dot, alpha_ddot),
+        u: Jet::new(u, u_dot, u_ddot),
+        n,
+        n_dot,
         thrust,
-        thrust_dot,
-        inverse_mass_rate,
+        inverse_mass_rate: law.projected_rate(beta, gains.gamma1 * thrust * force_axis.0), // (14)
+        force_axis,
     }
+}
+
+impl ForceCommand {
+    /// `alpha`, `alpha'` and `alpha''`, for observers.
+    ///
+    /// `alpha' = (u' - beta' alpha)/beta`, `alpha'' = (u'' - 2 beta' alpha' - beta'' alpha)/beta`,
+    /// and `beta'' = gamma1 (f G . b3)'` unless the projection holds `beta`.
+    pub fn alpha(&self, law: &Cascade, beta: f32) -> Jet<Vec3> {
+        let rate = self.inverse_mass_rate;
+        let value = self.u.value / beta;
+        let first = (self.u.first - rate * value) / beta;
+        let thrust_dot = (self.n_dot - rate * self.thrust) / beta;
+        let (along, along_dot) = self.force_axis;
+        let acceleration = if rate == 0.0 {
+            0.0
+        } else {
+            law.gains.gamma1 * (thrust_dot * along + self.thrust * along_dot)
+        };
+        let second = (self.u.second - 2.0 * rate * first - acceleration * value) / beta;
+        Jet::new(value, first, second)
+    }
+}
+
+/// `a - g e3`.
+#[inline(always)]
+fn minus_gravity(a: Vec3) -> Vec3 {
+    Vec3::new(a.x, a.y, a.z - GRAVITY)
 }

@@ -6,21 +6,20 @@ mod force;
 mod rate;
 mod validation;
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{Quat, Vec3};
 
 pub(crate) use admission::Admitted;
 use attitude::{DesiredAttitude, desired_attitude};
 use force::{ForceCommand, force_command};
-use rate::virtual_rate;
-pub(crate) use rate::{AuxiliaryTerms, VirtualRate};
+use rate::{AuxiliaryTerms, VirtualRate, virtual_rate};
 pub(crate) use validation::require_integrable;
 
 use crate::adaptation::Estimate;
 use crate::config::CascadeGains;
-use crate::controller::{Intermediates, StepOutput, StepStatus};
+use crate::controller::{Auxiliary, Intermediates, StepOutput, StepStatus};
 use crate::error::{Bound, ConfigError, require};
 use crate::reference::Reference;
-use crate::rotation::{from_axes, inverse_mul, nearest_sign};
+use crate::rotation::{from_axes, inverse_mul, nearest_sign, transpose_mul, vector_part};
 use crate::saturation::clip_between;
 use crate::vehicle::{InitialEstimate, Uncertainty, VehicleState, Wrench, WrenchBounds};
 
@@ -66,8 +65,6 @@ pub(crate) struct CascadeState {
 pub(crate) struct Evaluation {
     pub attitude_error: Quat,
     pub virtual_rate: VirtualRate,
-    /// `R(q)`.
-    pub r: Mat3,
     pub status: StepStatus,
     force: ForceCommand,
     desired: DesiredAttitude,
@@ -108,10 +105,11 @@ impl Cascade {
         clip_between(1.0 / mass, self.inverse_mass_min, self.inverse_mass_max)
     }
 
-    /// Whether the projection (14) lets `beta` move at `rate`.
+    /// `rate`, or zero where the projection (14) holds `beta` at the border of its set.
     #[inline(always)]
-    fn adapts(&self, beta: f32, rate: f32) -> bool {
-        if rate > 0.0 { beta < self.inverse_mass_max } else { beta > self.inverse_mass_min }
+    fn projected_rate(&self, beta: f32, rate: f32) -> f32 {
+        let border = if rate > 0.0 { self.inverse_mass_max } else { self.inverse_mass_min };
+        if beta == border { 0.0 } else { rate }
     }
 
     /// `delta^2` of the rotational smooth sign.
@@ -120,7 +118,7 @@ impl Cascade {
         state.smoothing + self.floor_rotation
     }
 
-    /// Steps 1 to 3. `auxiliary` gives `q_a`'s matrix and, from `R(q)`, the auxiliary terms.
+    /// Steps 1 to 3; with the auxiliary system and its gain `k5` unless that is at rest.
     #[inline(always)]
     pub fn evaluate(
         &self,
@@ -128,23 +126,24 @@ impl Cascade {
         input: &Admitted,
         vehicle: &VehicleState,
         reference: &Reference,
-        auxiliary: Option<(&Mat3, &AuxiliaryTerms)>,
+        auxiliary: Option<(&Auxiliary, f32)>,
     ) -> Evaluation {
-        let beta = state.inverse_mass.value();
+        let (beta, w) = (state.inverse_mass.value(), vehicle.rate_body);
         let delta_squared = state.smoothing + self.floor_translation;
-        let r = input.r;
-        let force = force_command(self, beta, delta_squared, vehicle, &r, reference);
-        let r_a = auxiliary.map(|(r_a, _)| r_a);
-        let desired = desired_attitude(&force.alpha, force.thrust, reference, state.lateral, r_a);
+        let force = force_command(self, beta, delta_squared, vehicle, &input.r, reference);
+        let terms = auxiliary.map(|(at, k5)| {
+            let eps_body = transpose_mul(&input.r, vector_part(at.attitude));
+            AuxiliaryTerms { eta: at.attitude.w, eps_body, rate: at.rate, k5 }
+        });
+        let q_a = auxiliary.map(|(at, _)| at.attitude);
+        let desired = desired_attitude(&force.u, force.n, reference, state.lateral, q_a);
         let q_d = from_axes(&desired.axes_world);
         let (q_e, flipped) = nearest_sign(inverse_mul(q_d, input.attitude), state.attitude_error);
-        let terms = auxiliary.map(|(_, terms)| terms);
-        let rate = vehicle.rate_body;
-        let virtual_rate = virtual_rate(self, beta, &force, &desired, q_e, rate, terms);
+        let virtual_rate = virtual_rate(self, &force, &desired, q_e, w, terms.as_ref());
         let mut status = input.status;
         status.set(StepStatus::HEADING_HELD, desired.held);
         status.set(StepStatus::SIGN_FLIPPED, flipped);
-        Evaluation { attitude_error: q_e, virtual_rate, r, status, force, desired }
+        Evaluation { attitude_error: q_e, virtual_rate, status, force, desired }
     }
 
     /// Commits one step: what steps 1 to 3 remember, and the wrench with thrust inside its bounds.
@@ -172,17 +171,6 @@ impl Cascade {
         StepOutput { wrench: state.wrench, torque_demand_body, status }
     }
 
-    /// A step without usable input: the last wrench again, and no estimate moves.
-    #[cold]
-    pub fn hold(&self, state: &mut CascadeState, cause: StepStatus) -> StepOutput {
-        self.decay(state);
-        StepOutput {
-            wrench: state.wrench,
-            torque_demand_body: state.wrench.torque_body,
-            status: cause | StepStatus::OUTPUT_HELD,
-        }
-    }
-
     /// `exp(-2 delta_1 t)` one step on.
     #[inline(always)]
     fn decay(&self, state: &mut CascadeState) {
@@ -202,22 +190,17 @@ impl CascadeState {
 }
 
 impl Evaluation {
-    /// Sum of the quantities that decide the wrench and the mass estimate: finite if they all are.
-    #[inline(always)]
-    pub fn sum(&self) -> f32 {
-        self.force.thrust + self.force.inverse_mass_rate
-    }
-
     /// What steps 1 to 3 show an observer; the controller adds its own.
-    pub fn intermediates(&self) -> Intermediates {
+    pub fn intermediates(&self, law: &Cascade, state: &CascadeState) -> Intermediates {
         let Self { force, desired, virtual_rate, .. } = self;
+        let alpha = force.alpha(law, state.inverse_mass());
         Intermediates {
             position_error_world: force.position_error,
             velocity_error_world: force.velocity_error,
             g: force.g,
-            alpha: force.alpha.value,
-            alpha_dot: force.alpha.first,
-            alpha_ddot: force.alpha.second,
+            alpha: alpha.value,
+            alpha_dot: alpha.first,
+            alpha_ddot: alpha.second,
             thrust: force.thrust,
             desired_rate: desired.rate,
             desired_rate_dot: desired.rate_dot,

@@ -7,14 +7,14 @@
 //! q_e = (q_a ⊗ q_d)^-1 ⊗ q                                                   (27), (46)
 //! w_r = w_d + R_d^T W_a
 //! y   = (eta_e I + S(eps_e))^T D^T G
-//! mu  = 2 c beta f S(e3)^T y - k3 eps_e + R_e^T w_d - k5 R_ta^T eps_a         (31), (49)
+//! mu  = 2 c n S(e3)^T y - k3 eps_e + R_e^T w_d - k5 R_ta^T eps_a     n = beta f  (31), (49)
 //! q_e' = 1/2 A(q_e) nu                                                       (28)
 //! (R_e^T w_d)' = R_e^T w_d' - nu × R_e^T w_d
 //! (D^T G)'     = D^T G' - w_r × D^T G
 //! ```
 //! The auxiliary terms are simplest in body axes. As `R_a eps_a = eps_a`, let
-//! `E = R_ta^T eps_a = R^T eps_a` and `o = R_ta^T W_a = w_a - k5 E`; then
-//! `R_e^T w_r = R_e^T w_d + o`, `R_d^T W_a = R_e o` and `E' = 1/2 (eta_a o + E × o) - (w - o) × E`.
+//! `E = R_ta^T eps_a = R^T eps_a` and `o = R_ta^T W_a = w_a - k5 E`; then `R_e^T w_r = R_e^T w_d + o`,
+//! `R_d^T W_a = R_e o`, `R_a W_a = D R_e o` and `E' = 1/2 (eta_a o + E × o) - (w - o) × E`.
 
 use glam::{Mat3, Quat, Vec3};
 
@@ -23,15 +23,32 @@ use super::attitude::DesiredAttitude;
 use super::force::ForceCommand;
 use crate::rotation::{quaternion_rate, transpose_mul, vector_part};
 
-/// What the auxiliary system of controller 2 contributes, in body axes.
+/// The auxiliary system as step 3 needs it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AuxiliaryTerms {
+    /// `eta_a`.
+    pub eta: f32,
+    /// `E = R^T eps_a`.
+    pub eps_body: Vec3,
+    /// `w_a` [rad/s].
+    pub rate: Vec3,
+    /// `k5` [1/s].
+    pub k5: f32,
+}
+
+impl AuxiliaryTerms {
     /// `o = R_ta^T W_a` [rad/s].
-    pub rate_body: Vec3,
-    /// `k5 E = k5 R_ta^T eps_a` [rad/s].
-    pub virtual_rate: Vec3,
-    /// `(k5 E)'` [rad/s^2].
-    pub virtual_rate_dot: Vec3,
+    #[inline(always)]
+    fn rate_body(&self) -> Vec3 {
+        self.rate - self.k5 * self.eps_body
+    }
+
+    /// `E'` at body rate `w`.
+    #[inline(always)]
+    fn eps_body_dot(&self, rate_body: Vec3, w: Vec3) -> Vec3 {
+        let eps = self.eps_body;
+        0.5 * (self.eta * rate_body + eps.cross(rate_body)) - (w - rate_body).cross(eps)
+    }
 }
 
 /// `mu` and its derivative.
@@ -41,6 +58,8 @@ pub(crate) struct VirtualRate {
     pub mu: Vec3,
     /// `mu'` [rad/s^2].
     pub mu_dot: Vec3,
+    /// `R_a W_a`: rate of the auxiliary attitude in world axes [rad/s].
+    pub auxiliary_rate_world: Vec3,
 }
 
 /// `x + weight S(e3)^T y`, where `S(e3)^T y = (y.y, -y.x, 0)`.
@@ -49,11 +68,10 @@ fn add_coupling(x: Vec3, weight: f32, y: Vec3) -> Vec3 {
     Vec3::new(x.x + weight * y.y, x.y - weight * y.x, x.z)
 }
 
-/// Evaluates step 3 at attitude error `q_e`, inverse mass `beta` and body rate `rate_body`.
+/// Evaluates step 3 at attitude error `q_e` and body rate `rate_body`.
 #[inline(always)]
 pub(crate) fn virtual_rate(
     law: &Cascade,
-    beta: f32,
     force: &ForceCommand,
     desired: &DesiredAttitude,
     q_e: Quat,
@@ -66,28 +84,33 @@ pub(crate) fn virtual_rate(
 
     // Feed-forward R_e^T w_d, and nu.
     let forward = transpose_mul(&r_e, desired.rate);
-    let relative = rate_body - forward;
-    let nu = auxiliary.map_or(relative, |terms| relative - terms.rate_body);
+    let mut nu = rate_body - forward;
+    let mut w_r = desired.rate;
+    let mut auxiliary_rate_world = Vec3::ZERO;
+    if let Some(terms) = auxiliary {
+        let rate_body = terms.rate_body();
+        let rate_desired = r_e * rate_body; // R_d^T W_a
+        nu -= rate_body;
+        w_r += rate_desired;
+        auxiliary_rate_world = desired.axes_world * rate_desired;
+    }
     let forward_dot = transpose_mul(&r_e, desired.rate_dot) - nu.cross(forward);
     let (eta_dot, eps_dot) = quaternion_rate(q_e, nu); // (28)
 
-    // Coupling 2 c beta f S(e3)^T (eta I + S(eps))^T D^T G.
-    let w_r = auxiliary.map_or(desired.rate, |terms| desired.rate + r_e * terms.rate_body);
+    // Coupling 2 c n S(e3)^T (eta I + S(eps))^T D^T G.
     let g = transpose_mul(&desired.axes_world, force.g);
     let g_dot = transpose_mul(&desired.axes_world, force.g_dot) - w_r.cross(g);
     let y = eta * g - eps.cross(g);
     let y_dot = eta_dot * g + eta * g_dot - eps_dot.cross(g) - eps.cross(g_dot);
-    let weight = 2.0 * law.gains.c * beta * force.thrust;
-    let weight_dot =
-        2.0 * law.gains.c * (force.inverse_mass_rate * force.thrust + beta * force.thrust_dot);
+    let twice_c = 2.0 * law.gains.c;
+    let (weight, weight_dot) = (twice_c * force.n, twice_c * force.n_dot); // beta f = n
 
-    let mu = add_coupling(forward - k3 * eps, weight, y); // (31), (49)
-    let mu_dot = add_coupling(forward_dot - k3 * eps_dot, weight_dot, y);
-    let mu_dot = add_coupling(mu_dot, weight, y_dot);
-    match auxiliary {
-        None => VirtualRate { mu, mu_dot },
-        Some(terms) => {
-            VirtualRate { mu: mu - terms.virtual_rate, mu_dot: mu_dot - terms.virtual_rate_dot }
-        }
+    let mut mu = add_coupling(forward - k3 * eps, weight, y); // (31), (49)
+    let mut mu_dot = add_coupling(forward_dot - k3 * eps_dot, weight_dot, y);
+    mu_dot = add_coupling(mu_dot, weight, y_dot);
+    if let Some(terms) = auxiliary {
+        mu -= terms.k5 * terms.eps_body;
+        mu_dot -= terms.k5 * terms.eps_body_dot(terms.rate_body(), rate_body);
     }
+    VirtualRate { mu, mu_dot, auxiliary_rate_world }
 }

@@ -23,7 +23,7 @@ pub type Step<C> = fn(&C, &mut <C as TrackingController>::State, &Sample, &mut S
 /// Gives up: the input was refused.
 pub fn refuse() -> ! {
     debug::exit(debug::EXIT_FAILURE);
-    loop {}
+    cortex_m::asm::udf()
 }
 
 #[panic_handler]
@@ -63,7 +63,7 @@ pub fn fly<C: TrackingController>(
     });
     output.close();
     debug::exit(debug::EXIT_SUCCESS);
-    loop {}
+    cortex_m::asm::udf()
 }
 
 fn answer(result: &StepOutput, ticks: u32) -> Answer {

@@ -3,9 +3,9 @@
 use core::ptr;
 
 const COLOUR: u32 = 0x57AC_4A4E;
-const WORDS: usize = 1024;
+const WORDS: usize = 256;
 
-/// 4 KiB of painted memory directly below the caller's stack frame.
+/// 1 KiB of painted memory directly below the caller's stack frame.
 pub struct Paint {
     top: *mut u32,
 }

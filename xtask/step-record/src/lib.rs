@@ -1,18 +1,17 @@
 //! What goes between the host and a step image: plain little-endian 32-bit words.
 //!
-//! An input file is one controller configuration, one [`Start`], then a [`Sample`] for every step.
+//! An input file is one controller configuration, then a [`Sample`] for every step.
 //! An output file is one [`Answer`] for every step, then one [`Closing`].
 //! Every record names its words once, in [`Record::visit`], for reading and writing alike.
 #![no_std]
 
-use ctrl_core::config::{CascadeGains, Checkpoint, RobustAdaptiveConfig, SaturatedConfig};
-use ctrl_core::controller::Auxiliary;
+use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VehicleState};
 use glam::{Quat, Vec3};
 
 /// A value that is a fixed sequence of 32-bit words.
-pub trait Record: Sized {
+pub trait Record: Copy {
     /// The value with all words zero.
     fn zero() -> Self;
 
@@ -30,8 +29,9 @@ pub trait Record: Sized {
     }
 
     /// Gives every word to `sink`.
-    fn write(mut self, mut sink: impl FnMut(u32)) {
-        self.visit(&mut |word| sink(*word));
+    fn write(&self, mut sink: impl FnMut(u32)) {
+        let mut copy = *self;
+        copy.visit(&mut |word| sink(*word));
     }
 }
 
@@ -160,48 +160,6 @@ impl Record for SaturatedConfig {
         for gain in [thrust_max, torque_max, k4, k5, gamma2, gamma3] {
             number(gain, word);
         }
-    }
-}
-
-/// How a flight starts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Start {
-    /// Start from `checkpoint` (1) or from the configured initial estimates (0).
-    pub resume: u32,
-    /// Where to resume.
-    pub checkpoint: Checkpoint,
-}
-
-impl Record for Start {
-    fn zero() -> Self {
-        let checkpoint = Checkpoint {
-            elapsed: 0.0,
-            inverse_mass: 0.0,
-            inertia: Vec3::ZERO,
-            inverse_inertia: Vec3::ZERO,
-            gyroscopic_ratio: Vec3::ZERO,
-            auxiliary: Auxiliary::REST,
-        };
-        Self { resume: 0, checkpoint }
-    }
-
-    fn visit(&mut self, word: &mut impl FnMut(&mut u32)) {
-        word(&mut self.resume);
-        let Checkpoint {
-            elapsed,
-            inverse_mass,
-            inertia,
-            inverse_inertia,
-            gyroscopic_ratio,
-            auxiliary,
-        } = &mut self.checkpoint;
-        number(elapsed, word);
-        number(inverse_mass, word);
-        for estimate in [inertia, inverse_inertia, gyroscopic_ratio] {
-            vector(estimate, word);
-        }
-        quaternion(&mut auxiliary.attitude, word);
-        vector(&mut auxiliary.rate, word);
     }
 }
 

@@ -4,8 +4,11 @@ use std::format;
 use std::string::String;
 
 use super::*;
-use crate::mode::{Command, Mode, Refusal};
+use crate::allocation::Limited;
+use crate::controller::{Auxiliary, Estimates, StepStatus};
+use crate::mode::{Cause, Command, Mode, Refusal};
 use crate::trajectory::Leg;
+use crate::vehicle::Wrench;
 
 const PROTOCOL: &str = include_str!("../../../../docs/protocol.md");
 
@@ -18,6 +21,8 @@ const ARM: &str = "03 01 01 02 01 05 89 88 e5 5a 00";
 const STATE: &str = "03 01 02 04 02 e8 07 01 03 c4 42 01 01 02 c0 01 01 01 01 01 01 02 3f 01 03 80 3e 01 03 80 bf 01 01 01 01 01 01 01 01 01 01 01 01 01 03 80 3f 01 01 01 01 01 01 02 3e 01 01 01 05 bb e1 82 31 00";
 const OBEYED: &str = "02 81 01 03 01 01 05 a8 3d f7 7c 00";
 const REFUSED: &str = "02 81 01 04 01 01 01 06 01 59 4e aa 09 00";
+
+const TELEMETRY: &str = "02 81 01 07 02 e8 07 03 01 01 01 03 80 3f 01 01 02 40 01 03 40 40 01 03 80 40 01 03 a0 40 01 03 c0 40 01 06 e0 40 80 03 04 01 01 02 41 01 03 10 41 01 03 20 41 01 03 30 41 01 03 40 41 01 03 50 41 01 03 60 41 01 03 70 41 01 03 80 41 01 03 88 41 01 03 90 41 01 03 98 41 01 03 a0 41 01 03 a8 41 01 03 b0 41 01 03 b8 41 01 03 c0 41 01 03 c8 41 01 03 d0 41 01 03 d8 41 01 09 e0 41 c8 0d 43 ba 3f a9 00";
 
 /// Asserts the bytes, and that the document shows them.
 fn assert_documented(bytes: &[u8], expected: &str) {
@@ -42,6 +47,34 @@ fn example_frames() {
     let stale = Err(Rejection::Mode(Refusal::StateStale));
     let refused = Acknowledgement { sequence: 1, result: stale };
     assert_documented(&frame_of(&Downlink::Acknowledgement(refused)), REFUSED);
+}
+
+/// Every number differs, so that exchanged fields are seen.
+#[test]
+fn example_telemetry() {
+    let three = |first: f32| Vec3::new(first, first + 1.0, first + 2.0);
+    let telemetry = Telemetry {
+        tick: 1000,
+        mode: Mode::Failsafe,
+        cause: Some(Cause::StepsFaulted),
+        wrench: Wrench { thrust: 1.0, torque_body: three(2.0) },
+        torque_demand_body: three(5.0),
+        status: StepStatus::TORQUE_SATURATED | StepStatus::MASS_PROJECTED,
+        limited: Limited::YAW,
+        estimates: Estimates {
+            inverse_mass: 8.0,
+            inertia: three(9.0),
+            inverse_inertia: three(12.0),
+            gyroscopic_ratio: three(15.0),
+        },
+        attitude_error: Quat::from_xyzw(18.0, 19.0, 20.0, 21.0),
+        auxiliary: Auxiliary {
+            attitude: Quat::from_xyzw(22.0, 23.0, 24.0, 25.0),
+            rate: three(26.0),
+        },
+        step_cost: 1736,
+    };
+    assert_documented(&frame_of(&Downlink::Telemetry(telemetry)), TELEMETRY);
 }
 
 #[test]

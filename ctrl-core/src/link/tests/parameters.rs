@@ -5,6 +5,7 @@ use std::string::String;
 
 use super::*;
 use crate::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
+use crate::saturated::Saturated;
 use crate::vehicle::{InitialEstimate, Interval, Uncertainty};
 
 fn cascade() -> CascadeGains {
@@ -34,7 +35,7 @@ fn saturated() -> SaturatedConfig {
         },
         initial: InitialEstimate { mass: 0.75, inertia: Vec3::new(0.06, 0.061, 0.062) },
         cascade: cascade(),
-        thrust_max: 12.0,
+        thrust_max: 13.0,
         torque_max: 0.054,
         k4: 4.0,
         k5: 0.55,
@@ -116,4 +117,19 @@ fn unknown_names_and_indices_are_refused() {
     assert!(saturated().with_parameter("", 1.0).is_none());
     assert_eq!(SaturatedConfig::parameter_index("cascade.k9"), None);
     assert_eq!(saturated().parameter_at(SaturatedConfig::TABLE.len() as u16), None);
+}
+
+#[test]
+fn the_constructor_judges_what_is_written() {
+    let refused = |name: &str, value| {
+        let written = saturated().with_parameter(name, value).unwrap();
+        Saturated::new(&written).err()
+    };
+    assert_eq!(refused("cascade.k1", 0.6), None);
+    for (name, value) in
+        [("cascade.k1", f32::NAN), ("cascade.M1", 9.0), ("torque_max", -1.0), ("initial.mass", 2.0)]
+    {
+        let error = refused(name, value).unwrap_or_else(|| panic!("{name} = {value} is taken"));
+        assert!(matches!(Rejection::from(error), Rejection::Invalid { .. }));
+    }
 }

@@ -11,20 +11,20 @@ use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{VehicleState, Wrench, WrenchBounds};
 use glam::{Quat, Vec3};
 use step_image::{Input, fly, refuse};
-use step_record::{Sample, Start};
+use step_record::Sample;
 
 struct Nothing(RobustAdaptiveConfig);
 
 impl TrackingController for Nothing {
-    type State = Start;
+    type State = Auxiliary;
 
-    fn initial_state(&self) -> Start {
-        step_record::Record::zero()
+    fn initial_state(&self) -> Auxiliary {
+        Auxiliary::REST
     }
 
     fn step_observed(
         &self,
-        _: &mut Start,
+        _: &mut Auxiliary,
         _: &VehicleState,
         _: &Reference,
         _: impl FnOnce(&Intermediates),
@@ -48,7 +48,7 @@ impl TrackingController for Nothing {
         WrenchBounds { thrust_min: 0.0, thrust_max: 0.0, torque_max: 0.0 }
     }
 
-    fn estimates(&self, _: &Start) -> Estimates {
+    fn estimates(&self, _: &Auxiliary) -> Estimates {
         Estimates {
             inverse_mass: 0.0,
             inertia: Vec3::ZERO,
@@ -57,12 +57,12 @@ impl TrackingController for Nothing {
         }
     }
 
-    fn attitude_error(&self, _: &Start) -> Quat {
+    fn attitude_error(&self, _: &Auxiliary) -> Quat {
         Quat::IDENTITY
     }
 
-    fn auxiliary(&self, state: &Start) -> Auxiliary {
-        state.checkpoint.auxiliary
+    fn auxiliary(&self, state: &Auxiliary) -> Auxiliary {
+        *state
     }
 }
 
@@ -70,7 +70,7 @@ impl TrackingController for Nothing {
 #[inline(never)]
 fn controller_step(
     controller: &Nothing,
-    state: &mut Start,
+    state: &mut Auxiliary,
     sample: &Sample,
     output: &mut StepOutput,
 ) {
@@ -81,6 +81,5 @@ fn controller_step(
 fn main() -> ! {
     let mut input = Input::open();
     let Some(config) = input.record::<RobustAdaptiveConfig>() else { refuse() };
-    let Some(start) = input.record::<Start>() else { refuse() };
-    fly(input, &Nothing(config), start, controller_step)
+    fly(input, &Nothing(config), Auxiliary::REST, controller_step)
 }

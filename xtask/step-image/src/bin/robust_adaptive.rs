@@ -7,7 +7,7 @@ use ctrl_core::config::RobustAdaptiveConfig;
 use ctrl_core::controller::{StepOutput, TrackingController};
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use step_image::{Input, fly, refuse};
-use step_record::{Sample, Start};
+use step_record::Sample;
 
 #[unsafe(no_mangle)]
 #[inline(never)]
@@ -24,12 +24,7 @@ fn controller_step(
 fn main() -> ! {
     let mut input = Input::open();
     let Some(config) = input.record::<RobustAdaptiveConfig>() else { refuse() };
-    let Some(start) = input.record::<Start>() else { refuse() };
     let Ok(controller) = RobustAdaptive::new(&config) else { refuse() };
-    let state = if start.resume == 0 {
-        controller.initial_state()
-    } else {
-        controller.resume(&start.checkpoint).unwrap_or_else(|_| refuse())
-    };
+    let state = controller.initial_state();
     fly(input, &controller, state, controller_step)
 }

@@ -1,0 +1,99 @@
+//! Host instructions a step, which do not drift with the machine's load as wall times do:
+//! `cargo bench -p sil-host --bench instructions`. Needs valgrind.
+//!
+//! The program runs itself under callgrind twice, with some and with more steps; the difference
+//! leaves out start and set-up. More than the limit in `instructions.toml` is a failure, and so is
+//! a limit more than 10 % above what is counted: then lower it.
+
+use std::process::{Command, ExitCode};
+
+use ctrl_core::controller::TrackingController;
+use ctrl_core::robust_adaptive::RobustAdaptive;
+use ctrl_core::saturated::Saturated;
+use ctrl_core::trajectory::Trajectory;
+use sil_host::closed_loop::Unobserved;
+use sil_host::scenario::{ControllerConfig, LoadedScenario};
+use toml_edit::Document;
+
+const LIMITS: &str = include_str!("instructions.toml");
+const FEW: u64 = 1_000;
+const MANY: u64 = 6_000;
+/// A limit may be this much above the count.
+const SLACK: f64 = 1.1;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().collect();
+    if let [_, work, name, steps] = &arguments[..] {
+        do_work(work, name, steps.parse().expect("a number of steps"));
+        return ExitCode::SUCCESS;
+    }
+    if !arguments.iter().any(|argument| argument == "--bench") {
+        return ExitCode::SUCCESS; // run by `cargo test --all-targets`
+    }
+    let limits = Document::parse(LIMITS).expect("instructions.toml is TOML");
+    let mut good = true;
+    for (work, scenarios) in limits.as_table() {
+        for (name, limit) in scenarios.as_table_like().expect("a table").iter() {
+            let limit = limit.as_integer().expect("an integer") as f64;
+            let count = instructions_a_step(work, name);
+            let result = match count {
+                _ if count > limit => "FAIL: above the limit",
+                _ if count * SLACK < limit => "FAIL: lower the limit",
+                _ => "pass",
+            };
+            good &= result == "pass";
+            println!("{work:<7} {name:<22} {count:>8.1} instructions, limit {limit:>5}: {result}");
+        }
+    }
+    if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn instructions_a_step(work: &str, name: &str) -> f64 {
+    let count = |steps| instructions(work, name, steps) as f64;
+    (count(MANY) - count(FEW)) / (MANY - FEW) as f64
+}
+
+/// Instructions of this program doing `steps` steps.
+fn instructions(work: &str, name: &str, steps: u64) -> u64 {
+    let program = std::env::current_exe().expect("this program has a path");
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .arg(program)
+        .args([work, name, &steps.to_string()])
+        .output()
+        .expect("valgrind is installed");
+    let report = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{report}");
+    let total = report.split("Collected :").nth(1).expect("callgrind reports a total");
+    total.split_whitespace().next().and_then(|total| total.parse().ok()).expect("a number")
+}
+
+fn do_work(work: &str, name: &str, steps: u64) {
+    let scenario = LoadedScenario::open(name, &[]).expect("a built-in scenario is valid");
+    match (work, &scenario.scenario().controller) {
+        ("flight", _) => {
+            let mut flight = scenario.flight().expect("valid");
+            flight.advance(steps, &mut Unobserved);
+            std::hint::black_box(flight.truth());
+        }
+        ("step", ControllerConfig::RobustAdaptive(config)) => {
+            step(&RobustAdaptive::new(config).expect("valid"), &scenario, steps);
+        }
+        ("step", ControllerConfig::Saturated(config)) => {
+            step(&Saturated::new(config).expect("valid"), &scenario, steps);
+        }
+        _ => panic!("no work called {work}"),
+    }
+}
+
+/// The law alone, at a standing vehicle beside the trajectory.
+fn step<C: TrackingController>(controller: &C, scenario: &LoadedScenario, steps: u64) {
+    let scenario = scenario.scenario();
+    let trajectory = scenario.trajectory.build(controller.step_period()).expect("valid");
+    let (vehicle, reference) = (scenario.initial.state().measured(), trajectory.reference(0));
+    let mut state = controller.initial_state();
+    for _ in 0..steps {
+        let (vehicle, reference) = std::hint::black_box((&vehicle, &reference));
+        std::hint::black_box(controller.step(&mut state, vehicle, reference));
+    }
+}

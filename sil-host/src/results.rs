@@ -1,0 +1,56 @@
+//! What a run leaves behind for a scenario: `trace.csv`, one SVG a figure, and `index.html`.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::figure::{Recorder, catalogue};
+use crate::guarantee::lyapunov::Evaluation;
+use crate::page;
+use crate::report::Outcome;
+use crate::sample::Sample;
+use crate::scenario::Scenario;
+use crate::trace::TraceWriter;
+
+/// Results in the making.
+#[derive(Debug)]
+pub struct Results {
+    directory: PathBuf,
+    trace: TraceWriter<File>,
+    recorder: Recorder,
+}
+
+impl Results {
+    /// Makes `directory` and opens the trace in it, with a row every `every` ticks.
+    ///
+    /// # Errors
+    /// When the directory or the file cannot be made.
+    pub fn create(directory: &Path, scenario: &Scenario, every: u64) -> io::Result<Self> {
+        fs::create_dir_all(directory)?;
+        let trace = TraceWriter::new(File::create(directory.join("trace.csv"))?, every);
+        let recorder = Recorder::new(scenario.duration, scenario.guarantees.settle_time);
+        Ok(Self { directory: directory.to_owned(), trace, recorder })
+    }
+
+    /// Takes in one tick.
+    #[inline]
+    pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
+        self.trace.observe(sample, evaluation);
+        self.recorder.observe(sample, evaluation);
+    }
+
+    /// Completes the trace and writes the figures and the page.
+    ///
+    /// # Errors
+    /// The first that writing any file met.
+    pub fn finish(self, scenario: &Scenario, outcome: &Outcome) -> io::Result<()> {
+        self.trace.finish()?;
+        let vehicle = scenario.vehicle.into();
+        let figures = catalogue::figures(&self.recorder, &scenario.controller, &vehicle);
+        for figure in &figures {
+            let path = self.directory.join(figure.name).with_extension("svg");
+            fs::write(path, figure.svg(&outcome.name))?;
+        }
+        fs::write(self.directory.join("index.html"), page::html(outcome, &figures))
+    }
+}
