@@ -254,7 +254,8 @@ mod app {
         } = cx.shared;
         let (transmitter, encoder) = (cx.local.transmitter, cx.local.encoder);
         let telemetry = outbox.lock(|outbox| outbox.telemetry.take());
-        let subscribed = session.lock(|session| session.telemetry_period() != 0);
+        let (subscribed, greeted) =
+            session.lock(|session| (session.telemetry_period() != 0, session.greeted()));
         if let (Some(telemetry), true) = (telemetry, subscribed) {
             send(transmitter, encoder, &Downlink::Telemetry(telemetry));
         }
@@ -262,7 +263,7 @@ mod app {
             let Some(answer) = session.lock(|session| session.next_answer()) else { break };
             send(transmitter, encoder, &answer);
         }
-        if let (Some(health), true) = (health.lock(Option::take), subscribed) {
+        if let (Some(health), true) = (health.lock(Option::take), greeted) {
             send(transmitter, encoder, &Downlink::Health(health));
         }
         Active::exchange();

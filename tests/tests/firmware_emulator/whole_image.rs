@@ -1,9 +1,12 @@
 //! The whole image: arming, closed-loop flight, failsafe, faults, over the link in lock step.
 
 use std::cell::{Cell, RefCell};
+use std::io::{Read, Write};
+use std::net::TcpListener;
 
 use ctrl_core::link::{
-    ControllerKind, Downlink, FaultKind, Rejection, TrajectorySelection, Uplink,
+    ControllerKind, Decoder, Downlink, Encoder, FaultKind, MAX_FRAME, Rejection,
+    TrajectorySelection, Uplink,
 };
 use ctrl_core::mode::{Cause, Command, Mode, Refusal, SAFE};
 use ctrl_core::robust_adaptive::RobustAdaptive;
@@ -16,7 +19,7 @@ use glam::Vec3;
 use sil_host::scenario::LoadedScenario;
 
 use crate::closed_loop::{OnVehicle, fly};
-use crate::emulator::{run, text};
+use crate::emulator::{PATIENCE, run, start_with_serial, text};
 use crate::link::Vehicle;
 use crate::{PAPER, TICKS};
 
@@ -133,6 +136,45 @@ fn overruns_of_control_in_a_row_lead_to_the_failsafe() {
 }
 
 #[test]
+fn the_serial_line_carries_the_link() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let serial = format!("tcp:{}", listener.local_addr().unwrap());
+    let mut emulator = start_with_serial("firmware", &[], &serial);
+    let (mut line, _) = listener.accept().unwrap();
+    line.set_read_timeout(Some(PATIENCE)).unwrap();
+    let mut received = line.try_clone().unwrap().bytes();
+    let mut decoder = Decoder::<Downlink>::default();
+    let mut listen = || {
+        loop {
+            let byte = received.next().expect("the vehicle is silent").unwrap();
+            if let Some(received) = decoder.push(byte) {
+                break received.message;
+            }
+        }
+    };
+    // Bytes that come before the receiver is on are lost: the vehicle speaks first.
+    assert!(matches!(listen(), Downlink::Identity(_)));
+    let mut encoder = Encoder::default();
+    let mut ask = |message| {
+        line.write_all(encoder.encode(&message, &mut [0; MAX_FRAME]).unwrap()).unwrap();
+    };
+    ask(Uplink::Hello);
+    assert!(matches!(listen(), Downlink::Identity(_)));
+    for index in 0..20 {
+        ask(Uplink::ParameterAt { index });
+        loop {
+            match listen() {
+                Downlink::Parameter(parameter) => break assert_eq!(parameter.index, index),
+                Downlink::Health(_) => {}
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+    emulator.kill().unwrap();
+    emulator.wait().unwrap();
+}
+
+#[test]
 fn rotors_turn_in_flight_only() {
     let duty = |test, directive: &str, fly: bool| {
         let (mut vehicle, state) = on_the_ground(test, "paper-saturated", &[directive]);
@@ -149,8 +191,8 @@ fn rotors_turn_in_flight_only() {
     assert!(report.contains("rotor duty [10000, 10000, 10000, 10000]"), "{report}");
     let report = duty("rotors-flying", "ticks=400", true);
     let (_, duty) = report.split_once("rotor duty [").expect(&report);
-    let duty: Vec<u32> =
-        duty.trim_end_matches([']', '\n']).split(", ").map(|n| n.parse().unwrap()).collect();
+    let (duty, _) = duty.split_once(']').expect(&report);
+    let duty: Vec<u32> = duty.split(", ").map(|n| n.parse().unwrap()).collect();
     assert_eq!(duty.len(), 4);
     assert!(duty.iter().all(|duty| (12_000..20_000).contains(duty)), "{duty:?}");
 }
