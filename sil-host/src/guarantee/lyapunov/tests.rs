@@ -147,7 +147,7 @@ fn explore_one<C: TrackingController>(controller: &C, law: ControllerConfig) {
         |sample| {
             let evaluation = evaluator.evaluate(sample);
             if let Some((before, earlier)) = &previous {
-                if !before.output.status.intersects(super::function::OUTSIDE_THE_PROOF) {
+                if !before.output.status.intersects(function::OUTSIDE_THE_PROOF) {
                     let b =
                         balance(&evaluator.parameters, (before, earlier), (sample, &evaluation));
                     worst = worst.max(b.excess(dt));
