@@ -159,7 +159,11 @@ impl Motion {
             rate_error_change: next.rate_error - now.rate_error,
             rate: w.length().max(next_w.length()),
             desired_turn: turn(now.attitude.desired, next.attitude.desired),
-            auxiliary_turn: turn(auxiliary, next_auxiliary).length(),
+            auxiliary_turn: if auxiliary == next_auxiliary {
+                0.0
+            } else {
+                turn(auxiliary, next_auxiliary).length()
+            },
             error_turn: turn(now.attitude_error, next.attitude_error).length(),
             gyroscopic_change: gyroscopic(next_w) - gyroscopic(w),
         }
