@@ -33,7 +33,8 @@ impl Monitor for AuxiliaryRest {
         }
         self.latest = (sample.auxiliary, sample.time);
         let sine = sample.auxiliary.attitude.xyz().length_squared();
-        if self.peak.is_none_or(|(peak, _)| !(sine <= peak.attitude.xyz().length_squared())) {
+        let beyond = |(peak, _): (Auxiliary, f64)| sine > peak.attitude.xyz().length_squared();
+        if self.peak.is_none_or(beyond) {
             self.peak = Some(self.latest);
         }
     }
