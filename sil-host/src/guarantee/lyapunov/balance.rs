@@ -9,9 +9,9 @@
 //! ```
 //! with `J' = 1`, `J'' = J` for controller 1 and `J' = J_lo`, `J'' = I` for controller 2; `_true` are
 //! differences over the tick. `rho_v` also holds what an adaptation that is switched off leaves over.
-//! `A` bounds the effect of holding the wrench over the tick, is made of second-order terms only, and
-//! so shrinks with `dt^2`; it also holds the rounding of the `f32` controller. Derivation:
-//! `docs/guarantees.md`.
+//! `A = A_h + A_r`: `A_h` bounds the effect of holding the wrench over the tick, is made of second-order
+//! terms only, and so shrinks with `dt^2`; `A_r` bounds the rounding of the `f32` controller.
+//! Derivation: `docs/guarantees.md`.
 
 use glam::DVec3;
 
@@ -42,11 +42,19 @@ pub struct Balance {
     pub smoothing: f64,
     /// `rho_v`: model-based `v'`, and everything else that `w_d` and `mu'` leave out [1/s].
     pub model: f64,
-    /// `A`: hold over the tick and rounding.
-    pub allowance: f64,
+    /// `A_h`: what holding the wrench over the tick may add.
+    pub hold: f64,
+    /// `A_r`: what rounding to `f32` may add.
+    pub rounding: f64,
 }
 
 impl Balance {
+    /// `A = A_h + A_r`.
+    #[must_use]
+    pub fn allowance(&self) -> f64 {
+        self.hold + self.rounding
+    }
+
     /// `rho = rho_d + rho_v` [1/s].
     #[must_use]
     pub fn perturbation(&self) -> f64 {
@@ -56,7 +64,7 @@ impl Balance {
     /// By how much V rose beyond what it may, per second; not positive while the law holds.
     #[must_use]
     pub fn excess(&self, dt: f64) -> f64 {
-        (self.change - self.allowance) / dt + self.decrease - self.perturbation()
+        (self.change - self.allowance()) / dt + self.decrease - self.perturbation()
     }
 }
 
@@ -77,11 +85,11 @@ pub(super) fn balance(p: &Parameters, from: Tick, to: Tick) -> Balance {
         disturbance: disturbance(p, sample, now),
         smoothing: smoothing(p, now),
         model: model + unadapted(p, sample, now),
-        allowance: motion.translation_hold(p, from, to)
+        hold: motion.translation_hold(p, from, to)
             + motion.attitude_hold(p, from, to)
             + motion.rate_hold(p, from)
-            + adaptation_hold(p, now)
-            + rounding(p, sample, now),
+            + adaptation_hold(p, now),
+        rounding: rounding(p, sample, now),
     }
 }
 
@@ -159,7 +167,11 @@ impl Motion {
             rate_error_change: next.rate_error - now.rate_error,
             rate: w.length().max(next_w.length()),
             desired_turn: turn(now.attitude.desired, next.attitude.desired),
-            auxiliary_turn: turn(auxiliary, next_auxiliary).length(),
+            auxiliary_turn: if auxiliary == next_auxiliary {
+                0.0
+            } else {
+                turn(auxiliary, next_auxiliary).length()
+            },
             error_turn: turn(now.attitude_error, next.attitude_error).length(),
             gyroscopic_change: gyroscopic(next_w) - gyroscopic(w),
         }
