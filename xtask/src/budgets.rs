@@ -8,9 +8,9 @@ use toml_edit::DocumentMut;
 
 use crate::cycles::CLOCK;
 use crate::elf::Image;
-use crate::firmware;
 use crate::measurement::{Measurement, prepare};
 use crate::step_image::CONTROLLERS;
+use crate::{firmware, image_stack};
 
 const FILE: &str = "budgets.toml";
 /// Steps a second that shares of the period refer to.
@@ -68,19 +68,24 @@ fn measure() -> Result<Vec<Row>> {
         print_cases(controller, &measurement);
         rows.extend(controller_rows(controller, &measurement));
     }
-    for (subject, outfit) in [("firmware-board", "board"), ("firmware-emulator", "emulator")] {
-        rows.extend(image_rows(subject, &firmware::read(outfit)?));
-    }
+    rows.extend(firmware_rows()?);
     Ok(rows)
 }
 
-fn image_rows(subject: &'static str, image: &Image) -> [Row; 2] {
-    [("flash", image.flash), ("static_ram", image.static_ram)].map(|(quantity, value)| Row {
-        subject,
-        quantity,
-        unit: "B",
-        value: value as f64,
-    })
+/// Sizes of the image for a board; that for the emulator has more in it.
+fn firmware_rows() -> Result<[Row; 3]> {
+    let path = firmware::image("board");
+    let image = Image::read(&path)?;
+    println!("\nfirmware-board: worst-case stack, each handler on top of the ones before");
+    let stack = image_stack::worst_case(&path)?;
+    Ok([("flash", image.flash), ("static_ram", image.static_ram), ("stack", stack)].map(
+        |(quantity, value)| Row {
+            subject: "firmware-board",
+            quantity,
+            unit: "B",
+            value: value as f64,
+        },
+    ))
 }
 
 fn print_cases(controller: &str, measurement: &Measurement) {
