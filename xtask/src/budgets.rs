@@ -13,6 +13,8 @@ use crate::step_image::CONTROLLERS;
 use crate::{firmware, image_stack};
 
 const FILE: &str = "budgets.toml";
+/// RAM of the board that `memory.x` gives the linker [B].
+const RAM: u64 = 127 * 1024;
 /// Steps a second that shares of the period refer to.
 const RATE: f64 = 1000.0;
 
@@ -78,6 +80,8 @@ fn firmware_rows() -> Result<[Row; 3]> {
     let image = Image::read(&path)?;
     println!("\nfirmware-board: worst-case stack, each handler on top of the ones before");
     let stack = image_stack::worst_case(&path)?;
+    let used = stack + image.static_ram;
+    ensure!(used <= RAM, "stack and static RAM take {used} B of {RAM} B");
     Ok([("flash", image.flash), ("static_ram", image.static_ram), ("stack", stack)].map(
         |(quantity, value)| Row {
             subject: "firmware-board",
