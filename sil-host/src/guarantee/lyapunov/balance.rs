@@ -18,6 +18,7 @@ use glam::DVec3;
 use super::attitude::turn;
 use super::function::Evaluation;
 use super::parameters::Parameters;
+use super::rounding::rounding;
 use super::translation::smooth_sign;
 use crate::plant::Disturbance;
 use crate::sample::Sample;
@@ -236,33 +237,4 @@ fn adaptation_hold(p: &Parameters, now: &Evaluation) -> f64 {
         + p.saturated.map_or(0.0, |saturated| {
             over(increments.gyroscopic_ratio.length_squared(), saturated.gamma3)
         })
-}
-
-/// What evaluating the law in `f32` on a state rounded to `f32` may add to V over one tick.
-fn rounding(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64 {
-    const ULP: f64 = f32::EPSILON as f64;
-    let (g, w_e) = (now.translation.g.length(), now.rate_error.length());
-    let (truth, reference) = (&sample.truth, &sample.reference);
-    let position = reference.position_world.as_dvec3().length() + now.position_error.length();
-    let velocity = truth.velocity_world.length() + reference.velocity_world.as_dvec3().length();
-    // The force command sees rounded errors through k1 and k2; V sees the rounded reference itself.
-    let acceleration = 8.0 * ULP * now.translation.alpha.length() * now.inverse_mass
-        + ULP * (p.m1 * (p.k1 * position + p.k2 * velocity) + p.m2 * p.k2 * velocity)
-        + p.d1 * now.delta.0.sign_error;
-    // A reference evaluated in f32 steps from tick to tick with errors of a few digits.
-    let stepping = 4.0 * ULP * (p.k1 * now.translation.sigma_1.length() * position + g * velocity);
-    // The torque, per unit of the weight of w_e; the virtual rate; the auxiliary attitude.
-    let theta = sample.estimates.inverse_inertia.as_dvec3();
-    let (weight, floor) = match p.saturated {
-        None => (DVec3::ONE, 1.0),
-        Some(_) => (theta, 1.0 / p.inertia_set.0),
-    };
-    let torque = (weight * sample.output.torque_demand_body.as_dvec3()).length();
-    let rate = 16.0 * ULP * torque + p.d2 * floor * now.delta.1.sign_error;
-    let virtual_rate = 16.0 * ULP * sample.intermediates.mu.as_dvec3().length();
-    let eps = now.attitude_error.xyz().length();
-    let auxiliary = if sample.auxiliary.attitude.w < 1.0 { 4.0 * ULP } else { 0.0 };
-    p.c * (stepping + p.dt * acceleration * g)
-        + p.dt * (rate * w_e + virtual_rate * eps)
-        + auxiliary * eps
 }
