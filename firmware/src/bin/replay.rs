@@ -28,7 +28,7 @@ fn main() -> ! {
     if let Some(report) = take_evidence() {
         fail(kind_name(report.kind));
     }
-    let Some(scenario) = argument("scenario=", |name| Scenario::named(name)) else {
+    let Some(scenario) = argument("scenario=", Scenario::named) else {
         fail("scenario=NAME must name a scenario");
     };
     let Some(input) = argument("input=", |path| path_of(path, |path| File::open(path).ok())) else {

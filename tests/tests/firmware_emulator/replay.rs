@@ -1,13 +1,8 @@
-//! The firmware in QEMU's STM32F405: the same bits as on the host, faults that leave evidence, a
-//! log that decodes.
-//!
-//! Needs `qemu-system-arm` and the target `thumbv7em-none-eabihf`; the images are built here.
+//! The replay image against the same law on the host: every bit of every reply.
 
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
-use std::sync::OnceLock;
-use std::time::{Duration, Instant};
-use std::{env, fs, thread};
+use std::cell::RefCell;
+use std::path::Path;
+use std::{env, fs};
 
 use ctrl_core::controller::TrackingController;
 use ctrl_core::reference::Reference;
@@ -18,63 +13,9 @@ use firmware::replay::{Reply, Sample};
 use firmware::scenario::{ControllerConfig, Scenario};
 use glam::{Quat, Vec3};
 
-/// Longest that an emulated run may take.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-/// Builds both images, once, and returns the directory they are in.
-fn images() -> &'static Path {
-    static IMAGES: OnceLock<PathBuf> = OnceLock::new();
-    IMAGES.get_or_init(|| {
-        let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
-        let built = Command::new(env!("CARGO"))
-            .args(["build", "--quiet", "--package", "firmware", "--release"])
-            .args(["--target", "thumbv7em-none-eabihf", "--features", "emulator"])
-            .args(["--target-dir".as_ref(), target.as_os_str()])
-            .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap())
-            .status()
-            .expect("cargo");
-        assert!(built.success(), "the images do not build");
-        target.join("thumbv7em-none-eabihf/release")
-    })
-}
-
-/// Runs an image until it ends; the exit status is the image's.
-fn emulate(image: &str, directives: &[String]) -> Output {
-    let mut semihosting = format!("enable=on,target=native,arg={image}");
-    for directive in directives {
-        semihosting += &format!(",arg={directive}");
-    }
-    let child = Command::new("qemu-system-arm")
-        .args(["-machine", "netduinoplus2", "-nodefaults", "-display", "none"])
-        .args(["-monitor", "none", "-serial", "null", "-serial", "null"])
-        .args(["-icount", "shift=3,sleep=off"])
-        .args(["-semihosting-config", &semihosting])
-        .args(["-kernel".as_ref(), images().join(image).as_os_str()])
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("qemu-system-arm must be installed");
-    finish(child)
-}
-
-/// Waits for the end of a child, but not for ever.
-fn finish(mut child: Child) -> Output {
-    let end = Instant::now() + PATIENCE;
-    while child.try_wait().unwrap().is_none() {
-        if Instant::now() > end {
-            child.kill().unwrap();
-            let output = child.wait_with_output().unwrap();
-            panic!("still running after {PATIENCE:?}: {}", text(&output.stderr));
-        }
-        thread::sleep(Duration::from_millis(10));
-    }
-    child.wait_with_output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
+use crate::closed_loop::{Recording, fly};
+use crate::emulator::{run, text};
+use crate::{PAPER, TICKS};
 
 /// Replies of the emulated firmware to `samples`, flown with a scenario's controller.
 fn replay(scenario: &str, test: &str, samples: &[Sample]) -> Vec<Reply> {
@@ -88,7 +29,7 @@ fn replay(scenario: &str, test: &str, samples: &[Sample]) -> Vec<Reply> {
         format!("input={}", input.display()),
         format!("output={}", output.display()),
     ];
-    let run = emulate("replay", &directives);
+    let run = run("replay", &directives);
     assert!(run.status.success(), "{}", text(&run.stderr));
     let bytes = fs::read(&output).unwrap();
     let (records, rest) = bytes.as_chunks();
@@ -158,32 +99,40 @@ fn good_sample(tick: usize) -> Sample {
     Sample { vehicle, reference: Reference::hover(Vec3::ZERO) }
 }
 
+/// What SIL's flight of a scenario gives the controller.
+fn recorded(scenario: &str) -> Vec<Sample> {
+    let samples = RefCell::new(Vec::new());
+    match Scenario::named(scenario).unwrap().load().unwrap().controller {
+        ControllerConfig::RobustAdaptive(config) => {
+            let law = RobustAdaptive::new(&config).unwrap();
+            fly(scenario, TICKS, Recording { law, samples: &samples });
+        }
+        ControllerConfig::Saturated(config) => {
+            let law = Saturated::new(&config).unwrap();
+            fly(scenario, TICKS, Recording { law, samples: &samples });
+        }
+    }
+    samples.into_inner()
+}
+
+#[test]
+fn ten_seconds_of_each_paper_scenario_give_the_same_bits_as_on_the_host() {
+    for scenario in PAPER {
+        let samples = recorded(scenario);
+        assert_eq!(samples.len() as u64, TICKS);
+        let emulated = replay(scenario, "recorded", &samples);
+        assert_same_bits(scenario, &emulated, &replay_on_host(scenario, &samples));
+    }
+}
+
 #[test]
 fn hostile_inputs_give_the_same_bits_as_on_the_host() {
     let samples = hostile_samples();
-    for scenario in ["paper-robust-adaptive", "paper-saturated"] {
+    for scenario in PAPER {
         let emulated = replay(scenario, "hostile", &samples);
         let host = replay_on_host(scenario, &samples);
         assert_same_bits(scenario, &emulated, &host);
         assert!(host.iter().any(|reply| reply.status != 0));
         assert!(host.windows(2).any(|pair| pair[0].wrench != pair[1].wrench));
-    }
-}
-
-#[test]
-fn a_fault_leaves_evidence_for_the_next_boot() {
-    for (fault, cause) in [("panic", "panic"), ("hard-fault", "hard fault")] {
-        let run = emulate("firmware", &[format!("provoke={fault}")]);
-        let report = text(&run.stderr);
-        assert!(run.status.success(), "{report}");
-        let has = |line: &str| report.lines().any(|found| found == line);
-        assert!(has(&format!("fault before this boot: {cause}")), "{report}");
-        assert!(has("uptime: 500 ticks"), "{report}");
-        if fault == "panic" {
-            assert!(has("text: provoked at firmware/src/board/emulator.rs"), "{report}");
-        } else {
-            assert!(has("r0: 0x60000000") && has("bfar: 0x60000000"), "{report}");
-            assert!(has("hfsr: 0x40000000"), "{report}");
-        }
     }
 }

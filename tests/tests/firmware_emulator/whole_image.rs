@@ -1,0 +1,205 @@
+//! The whole image: arming, closed-loop flight, failsafe, faults, over the link in lock step.
+
+use std::cell::{Cell, RefCell};
+
+use ctrl_core::link::{
+    ControllerKind, Downlink, FaultKind, Rejection, TrajectorySelection, Uplink,
+};
+use ctrl_core::mode::{Cause, Command, Mode, Refusal, SAFE};
+use ctrl_core::robust_adaptive::RobustAdaptive;
+use ctrl_core::saturated::Saturated;
+use ctrl_core::trajectory::TrajectoryConfig;
+use ctrl_core::vehicle::VehicleState;
+use firmware::scenario::{ControllerConfig, Scenario};
+use firmware::vehicle::vehicle_config;
+use glam::Vec3;
+use sil_host::scenario::LoadedScenario;
+
+use crate::closed_loop::{OnVehicle, fly};
+use crate::emulator::{run, text};
+use crate::link::Vehicle;
+use crate::{PAPER, TICKS};
+
+/// A vehicle that stands where a scenario begins, with its controller and trajectory selected.
+fn on_the_ground(test: &str, scenario: &str, directives: &[&str]) -> (Vehicle, VehicleState) {
+    let loaded = LoadedScenario::open(scenario, &[]).unwrap();
+    let state = loaded.scenario().initial.state().measured();
+    let document = Scenario::named(scenario).unwrap().load().unwrap();
+    let kind = match document.controller {
+        ControllerConfig::RobustAdaptive(_) => ControllerKind::RobustAdaptive,
+        ControllerConfig::Saturated(_) => ControllerKind::Saturated,
+    };
+    let TrajectoryConfig::RisingCircle(circle) = document.trajectory else {
+        panic!("the paper's trajectory");
+    };
+    let (mut vehicle, greeting) = Vehicle::boot(test, directives);
+    assert!(matches!(greeting[..], [Downlink::Identity(_)]), "{greeting:?}");
+    vehicle.subscribe(state);
+    vehicle.ask(Uplink::SelectController(kind), state).unwrap();
+    let trajectory = TrajectorySelection::RisingCircle(circle);
+    vehicle.ask(Uplink::SelectTrajectory(trajectory), state).unwrap();
+    (vehicle, state)
+}
+
+/// Waits until the state is fresh, and arms.
+fn arm(vehicle: &mut Vehicle, state: VehicleState) {
+    let sample = Uplink::State { tick: 0, state };
+    for _ in 0..60 {
+        let telemetry = vehicle.tick(std::slice::from_ref(&sample));
+        assert_eq!((telemetry.mode, telemetry.wrench), (Mode::Disarmed, SAFE));
+    }
+    vehicle.ask(Uplink::Command(Command::Arm), state).unwrap();
+    let telemetry = vehicle.tick(std::slice::from_ref(&sample));
+    assert_eq!((telemetry.mode, telemetry.wrench), (Mode::Armed, SAFE));
+}
+
+/// Starts; the tick was the first of flight.
+fn take_off(vehicle: &mut Vehicle, state: VehicleState) {
+    arm(vehicle, state);
+    let start = [Uplink::State { tick: 0, state }, Uplink::Command(Command::Start)];
+    let telemetry = vehicle.tick(&start);
+    assert_eq!((telemetry.mode, telemetry.tick), (Mode::Flying, 1));
+    assert!(telemetry.wrench.thrust > 1.0);
+}
+
+#[test]
+fn the_image_flies_each_paper_scenario_in_closed_loop_like_sil_to_the_bit() {
+    for scenario in PAPER {
+        let (mut vehicle, state) = on_the_ground("closed-loop", scenario, &[]);
+        arm(&mut vehicle, state);
+        match Scenario::named(scenario).unwrap().load().unwrap().controller {
+            ControllerConfig::RobustAdaptive(config) => {
+                let law = RobustAdaptive::new(&config).unwrap();
+                fly(scenario, TICKS, on_vehicle(law, &mut vehicle));
+            }
+            ControllerConfig::Saturated(config) => {
+                let law = Saturated::new(&config).unwrap();
+                fly(scenario, TICKS, on_vehicle(law, &mut vehicle));
+            }
+        }
+        vehicle.stop();
+    }
+}
+
+fn on_vehicle<C>(law: C, vehicle: &mut Vehicle) -> OnVehicle<'_, C> {
+    OnVehicle { law, vehicle: RefCell::new(vehicle), started: Cell::new(false) }
+}
+
+#[test]
+fn when_samples_stop_the_vehicle_descends_and_then_stops_its_rotors() {
+    let config = vehicle_config().unwrap();
+    let (mut vehicle, state) = on_the_ground("samples-stop", "paper-saturated", &[]);
+    take_off(&mut vehicle, state);
+    let flown_on = config.link.sample_valid + u32::from(config.supervisor.missed_samples_max);
+    let mut telemetry = vehicle.tick(&[]);
+    for _ in 0..flown_on {
+        assert!(matches!(telemetry.mode, Mode::Flying | Mode::Failsafe));
+        telemetry = vehicle.tick(&[]);
+    }
+    assert_eq!((telemetry.mode, telemetry.cause), (Mode::Failsafe, Some(Cause::SamplesMissed)));
+    assert!(telemetry.wrench.thrust > 0.0 && telemetry.wrench.torque_body == Vec3::ZERO);
+    let refused = vehicle.ask(Uplink::Command(Command::Arm), state);
+    assert_eq!(refused, Err(Rejection::Mode(Refusal::InFailsafe)));
+    let mut ticks = 0;
+    while telemetry.mode == Mode::Failsafe {
+        telemetry = vehicle.tick(&[]);
+        ticks += 1;
+        assert!(ticks < 5000, "the descent does not end");
+    }
+    assert_eq!((telemetry.mode, telemetry.wrench), (Mode::Locked, SAFE));
+    vehicle.stop();
+}
+
+#[test]
+fn overruns_of_control_in_a_row_lead_to_the_failsafe() {
+    let (mut vehicle, state) = on_the_ground("overruns", "paper-saturated", &["provoke=overrun"]);
+    take_off(&mut vehicle, state);
+    let sample = [Uplink::State { tick: 0, state }];
+    let mut telemetry = vehicle.tick(&sample);
+    while telemetry.mode == Mode::Flying {
+        telemetry = vehicle.tick(&sample);
+        assert!(telemetry.tick < 1000, "no failsafe");
+    }
+    assert_eq!((telemetry.mode, telemetry.cause), (Mode::Failsafe, Some(Cause::Overruns)));
+    let health = (0..200).find_map(|_| {
+        vehicle.say(&sample).into_iter().find_map(|message| match message {
+            Downlink::Health(health) => Some(health),
+            _ => None,
+        })
+    });
+    let control = health.expect("a health report").groups[0];
+    assert!(control.overruns >= 3 && control.worst_time > 500, "{control:?}");
+    vehicle.stop();
+}
+
+#[test]
+fn rotors_turn_in_flight_only() {
+    let duty = |test, directive: &str, fly: bool| {
+        let (mut vehicle, state) = on_the_ground(test, "paper-saturated", &[directive]);
+        if fly {
+            take_off(&mut vehicle, state);
+        } else {
+            arm(&mut vehicle, state);
+        }
+        // Whatever is said after the end of the run stays in the FIFO.
+        let sample = Uplink::State { tick: 0, state };
+        vehicle.say_until_the_end(&[sample])
+    };
+    let report = duty("rotors-armed", "ticks=400", false);
+    assert!(report.contains("rotor duty [10000, 10000, 10000, 10000]"), "{report}");
+    let report = duty("rotors-flying", "ticks=400", true);
+    let (_, duty) = report.split_once("rotor duty [").expect(&report);
+    let duty: Vec<u32> =
+        duty.trim_end_matches([']', '\n']).split(", ").map(|n| n.parse().unwrap()).collect();
+    assert_eq!(duty.len(), 4);
+    assert!(duty.iter().all(|duty| (12_000..20_000).contains(duty)), "{duty:?}");
+}
+
+#[test]
+fn a_fault_stops_the_vehicle_and_is_reported_over_the_link_after_the_restart() {
+    let (mut vehicle, state) = on_the_ground("fault", "paper-saturated", &["provoke=panic"]);
+    take_off(&mut vehicle, state);
+    let sample = [Uplink::State { tick: 0, state }];
+    let identity = (0..1000).find_map(|_| {
+        vehicle.say(&sample).into_iter().find_map(|message| match message {
+            Downlink::Identity(identity) => Some(identity),
+            _ => None,
+        })
+    });
+    assert!(identity.expect("a second greeting").fault_pending);
+    vehicle.subscribe(state);
+    for _ in 0..60 {
+        let telemetry = vehicle.tick(&sample);
+        assert_eq!((telemetry.mode, telemetry.wrench), (Mode::Locked, SAFE));
+    }
+    let refused = vehicle.ask(Uplink::Command(Command::Arm), state);
+    assert_eq!(refused, Err(Rejection::Mode(Refusal::Locked)));
+    let report = vehicle.say(&[Uplink::FaultAcknowledge]).into_iter().find_map(|m| match m {
+        Downlink::Fault(report) => Some(report),
+        _ => None,
+    });
+    let report = report.expect("a report");
+    assert_eq!((report.kind, report.uptime_ticks), (FaultKind::Panic, 500));
+    assert_eq!(report.text, "provoked at firmware/src/board/emulator/mod.rs");
+    vehicle.ask(Uplink::Command(Command::Disarm), state).unwrap();
+    vehicle.ask(Uplink::Command(Command::Arm), state).unwrap();
+    vehicle.stop();
+}
+
+#[test]
+fn a_fault_leaves_evidence_for_the_next_boot() {
+    for (fault, cause) in [("panic", "panic"), ("hard-fault", "hard fault")] {
+        let run = run("firmware", &[format!("provoke={fault}")]);
+        let report = text(&run.stderr);
+        assert!(run.status.success(), "{report}");
+        let has = |line: &str| report.lines().any(|found| found == line);
+        assert!(has(&format!("fault before this boot: {cause}")), "{report}");
+        assert!(has("uptime: 500 ticks"), "{report}");
+        if fault == "panic" {
+            assert!(has("text: provoked at firmware/src/board/emulator/mod.rs"), "{report}");
+        } else {
+            assert!(has("r0: 0x60000000") && has("bfar: 0x60000000"), "{report}");
+            assert!(has("hfsr: 0x40000000"), "{report}");
+        }
+    }
+}
