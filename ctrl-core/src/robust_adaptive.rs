@@ -149,7 +149,10 @@ impl TrackingController for RobustAdaptive {
         };
         let clipped;
         let reference = if input.status.contains(StepStatus::REFERENCE_CLIPPED) {
-            clipped = self.cascade.clipped(reference);
+            let Some(within) = self.cascade.clipped(reference) else {
+                return self.cascade.hold(&mut state.cascade, vehicle, reference);
+            };
+            clipped = within;
             &clipped
         } else {
             reference

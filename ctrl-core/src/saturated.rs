@@ -34,9 +34,9 @@ use crate::vehicle::{Interval, VehicleState, WrenchBounds};
 /// auxiliary rate is clipped. Beyond every rate of a vehicle: 500 rad/s at 1 kHz.
 const AUXILIARY_TURN_MAX: f32 = 0.5;
 
-/// Below this sum of squares of `w_a` [rad/s] and `eps_a` the auxiliary system counts as at rest; it
-/// decays exponentially and would else end in subnormal numbers.
-const REST_SQUARE: f32 = 1e-20;
+/// Below this sum of squares of `w_a` [rad/s] and `eps_a` the auxiliary system counts as at rest: 1e-7
+/// is the rounding of a unit quaternion, and an exponential decay would end in subnormal numbers.
+const REST_SQUARE: f32 = 1e-14;
 
 /// Controller 2, validated. Every wrench keeps (7) and (8).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -290,7 +290,10 @@ impl TrackingController for Saturated {
         };
         let clipped;
         let reference = if input.status.contains(StepStatus::REFERENCE_CLIPPED) {
-            clipped = self.cascade.clipped(reference);
+            let Some(within) = self.cascade.clipped(reference) else {
+                return self.cascade.hold(&mut state.cascade, vehicle, reference);
+            };
+            clipped = within;
             &clipped
         } else {
             reference

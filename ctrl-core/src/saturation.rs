@@ -1,4 +1,4 @@
-//! Saturations and the smooth sign, each with slope and curvature for the chain rule.
+//! Saturations and the smooth sign, each with what the chain rule needs.
 //!
 //! ```text
 //! sigma(x) = M tanh(x)               sigma' = M (1 - tanh^2 x)    sigma'' = -2 tanh(x) sigma'
@@ -11,15 +11,15 @@ use glam::Vec3;
 
 use crate::sqrt::sqrt;
 
-/// A function's value, slope and curvature at one point, for the chain rule along a motion `x(t)`.
+/// A function `s` at one point, for the chain rule along a motion `x(t)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Response {
     /// `s(x)`.
     pub value: Vec3,
-    /// `ds/dx`.
+    /// `s'(x)`.
     pub slope: Vec3,
-    /// `d^2s/dx^2`.
-    pub curvature: Vec3,
+    /// `s''(x)/s'(x)`.
+    pub bend: Vec3,
 }
 
 impl Response {
@@ -34,7 +34,7 @@ impl Response {
     #[inline(always)]
     #[must_use]
     pub fn second(&self, x_dot: Vec3, x_ddot: Vec3) -> Vec3 {
-        self.curvature * x_dot * x_dot + self.slope * x_ddot
+        self.slope * (x_ddot + self.bend * x_dot * x_dot)
     }
 }
 
@@ -44,7 +44,7 @@ impl Response {
 pub fn sigma(x: Vec3, limit: f32) -> Response {
     let tanh = tanh_each(x);
     let slope = limit * (1.0 - tanh * tanh);
-    Response { value: limit * tanh, slope, curvature: -2.0 * tanh * slope }
+    Response { value: limit * tanh, slope, bend: -2.0 * tanh }
 }
 
 /// `h(x, delta) = x/sqrt(x^2 + delta^2)` (17), element-wise; takes `delta^2 > 0`.
@@ -55,7 +55,7 @@ pub fn smooth_sign(x: Vec3, delta_squared: f32) -> Response {
     let inverse = Vec3::new(1.0 / sqrt(square.x), 1.0 / sqrt(square.y), 1.0 / sqrt(square.z));
     let value = x * inverse;
     let slope = delta_squared * inverse * inverse * inverse;
-    Response { value, slope, curvature: -3.0 * value * inverse * slope }
+    Response { value, slope, bend: -3.0 * value * inverse }
 }
 
 /// The value of [`smooth_sign`] alone.
@@ -163,7 +163,7 @@ mod tests {
                 let pairs: Vec<(f32, f64)> = [
                     (response.value.x, mid),
                     (response.slope.x, (high - low) / (2.0 * step)),
-                    (response.curvature.x, (high - 2.0 * mid + low) / (step * step)),
+                    (response.bend.x * response.slope.x, (high - 2.0 * mid + low) / (step * step)),
                 ]
                 .into();
                 for (order, (got, want)) in pairs.into_iter().enumerate() {

@@ -85,9 +85,10 @@ fn step<C: TrackingController>(bencher: Bencher, controller: &C, scenario: &Scen
     });
 }
 
-#[divan::bench]
-fn reference(bencher: Bencher) {
-    let trajectory = load(PAPER[0]).scenario().trajectory.build(1e-3).expect("valid");
+/// Every kind of trajectory that a built-in scenario has.
+#[divan::bench(args = [PAPER[0], "hover-gusts", "lemniscate", "waypoints"])]
+fn reference(bencher: Bencher, name: &str) {
+    let trajectory = load(name).scenario().trajectory.build(1e-3).expect("valid");
     bencher.counter(ItemsCount::new(CALLS)).bench_local(|| {
         for tick in 0..CALLS {
             black_box(trajectory.reference(black_box(tick)));

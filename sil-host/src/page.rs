@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 
-use crate::figure::Figure;
 use crate::figure::svg::escape;
 use crate::guarantee::{Requirement, Verdict};
 use crate::report::{Outcome, bound, number};
@@ -22,9 +21,9 @@ td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowra
 figure { margin: 1.4rem 0; } figure svg { width: 100%; height: auto; }
 ";
 
-/// The page of one flight.
+/// The page of one flight; `figures` are SVG documents.
 #[must_use]
-pub fn html(outcome: &Outcome, figures: &[Figure]) -> String {
+pub fn html(outcome: &Outcome, figures: &[String]) -> String {
     let mut page = String::new();
     let name = escape(&outcome.name);
     let _ = write!(
@@ -50,7 +49,7 @@ pub fn html(outcome: &Outcome, figures: &[Figure]) -> String {
     page.push_str(&table(&outcome.verdicts));
     page.push_str("<h2>Figures</h2>\n");
     for figure in figures {
-        let _ = writeln!(page, "<figure>{}</figure>", figure.svg(&outcome.name));
+        let _ = writeln!(page, "<figure>{figure}</figure>");
     }
     page.push_str("</body></html>\n");
     page

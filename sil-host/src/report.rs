@@ -21,7 +21,7 @@ pub struct Outcome {
     pub verdicts: Vec<Verdict>,
     /// Simulated time [s].
     pub flight_time: f64,
-    /// Time that the simulation took, everything included [s].
+    /// Time that the flight took, monitors and trace included [s].
     pub wall_time: f64,
     /// Where the results were written.
     pub directory: PathBuf,

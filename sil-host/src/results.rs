@@ -47,10 +47,12 @@ impl Results {
         self.trace.finish()?;
         let vehicle = scenario.vehicle.into();
         let figures = catalogue::figures(&self.recorder, &scenario.controller, &vehicle);
+        let mut documents = Vec::with_capacity(figures.len());
         for figure in &figures {
-            let path = self.directory.join(figure.name).with_extension("svg");
-            fs::write(path, figure.svg(&outcome.name))?;
+            let document = figure.svg(&outcome.name);
+            fs::write(self.directory.join(figure.name).with_extension("svg"), &document)?;
+            documents.push(document);
         }
-        fs::write(self.directory.join("index.html"), page::html(outcome, &figures))
+        fs::write(self.directory.join("index.html"), page::html(outcome, &documents))
     }
 }

@@ -25,7 +25,10 @@ fn complained(output: &Output) -> String {
 const SHORT: [&str; 2] = ["--set", "duration=2"];
 
 fn run(name: &str, more: &[&str]) -> Output {
-    let out = directory(name);
+    run_in(&directory(name), more)
+}
+
+fn run_in(out: &Path, more: &[&str]) -> Output {
     let out = ["run", "--out", out.to_str().expect("UTF-8")];
     sil_host(&[&out[..], more].concat())
 }
@@ -122,4 +125,24 @@ fn a_violated_guarantee_exits_with_one() {
     let table = printed(&output);
     assert!(table.contains("FAIL") && table.contains("position error"), "{table}");
     assert!(table.contains("a guarantee is VIOLATED"), "{table}");
+}
+
+#[test]
+fn results_are_written_where_asked() {
+    let output = run("results", &["waypoints", "--trace-every", "4", "--set", "duration=2"]);
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("results").join("waypoints");
+    let trace = std::fs::read_to_string(directory.join("trace.csv")).expect("a trace");
+    assert!(trace.starts_with("tick,time,position_x,"), "{}", complained(&output));
+    assert_eq!(trace.lines().count(), 1 + 2_000 / 4);
+    let page = std::fs::read_to_string(directory.join("index.html")).expect("a page");
+    assert!(page.contains("waypoints") && page.contains("<svg"));
+}
+
+#[test]
+fn results_that_cannot_be_written_exit_with_three() {
+    let directory = directory("blocked");
+    std::fs::write(&directory, "a file where a directory should be").expect("written");
+    let output = run_in(&directory, &["hover-gusts", "--set", "duration=1"]);
+    assert_eq!(output.status.code(), Some(3), "{}", complained(&output));
+    assert!(complained(&output).contains("blocked"), "{}", complained(&output));
 }

@@ -18,6 +18,15 @@ pub struct Node {
     calls: Vec<(u64, u64)>,
 }
 
+/// A call through a pointer whose possible targets are known from the sources: a part of the
+/// calling function's name, and parts of the names of what it may call.
+pub struct KnownPointer {
+    /// Part of the caller's name.
+    pub caller: &'static str,
+    /// Parts of the names of all possible targets.
+    pub targets: &'static [&'static str],
+}
+
 /// A function and everything reachable from it; complete, or it could not be built.
 pub struct CallGraph {
     root: u64,
@@ -30,11 +39,17 @@ impl CallGraph {
     /// Fails on a call or jump whose target is not in the instruction itself, and on one to where
     /// no function is: what cannot be followed cannot be vouched for.
     pub fn walk(image: &Image, listing: &Listing, root: &str) -> Result<Self> {
-        Self::walk_from(image, listing, image.named(root)?.range.start)
+        Self::walk_from(image, listing, image.named(root)?.range.start, &[])
     }
 
-    /// As [`walk`](Self::walk), from the function that starts at `root`.
-    pub fn walk_from(image: &Image, listing: &Listing, root: u64) -> Result<Self> {
+    /// As [`walk`](Self::walk), from the function that starts at `root`; calls through `known`
+    /// pointers lead to all of their targets.
+    pub fn walk_from(
+        image: &Image,
+        listing: &Listing,
+        root: u64,
+        known: &[KnownPointer],
+    ) -> Result<Self> {
         let (mut nodes, mut open) = (BTreeMap::new(), vec![(root, String::new())]);
         while let Some((address, path)) = open.pop() {
             if nodes.contains_key(&address) {
@@ -44,7 +59,7 @@ impl CallGraph {
                 format!("a call leads to {address:#x}, where no function is ({path})")
             })?;
             let path = format!("{path} > {}", function.name);
-            let node = node(function, listing, image).with_context(|| path.clone())?;
+            let node = node(function, listing, image, known).with_context(|| path.clone())?;
             open.extend(node.calls.iter().map(|(_, callee)| (*callee, path.clone())));
             nodes.insert(address, node);
         }
@@ -68,13 +83,13 @@ impl CallGraph {
         self.nodes().map(|node| node.function.range.end - node.function.range.start).sum()
     }
 
-    /// Worst-case stack below the caller [B], frames as the compiler gave them or else as the code
+    /// Worst-case stack below the caller, frames as the compiler gave them or else as the code
     /// shows them; fails on recursion and on a frame without bound.
-    pub fn stack(&self, image: &Image) -> Result<u64> {
+    pub fn stack(&self, image: &Image) -> Result<Stack<'_>> {
         self.stack_from(self.root, image, &mut Vec::new())
     }
 
-    fn stack_from(&self, address: u64, image: &Image, path: &mut Vec<u64>) -> Result<u64> {
+    fn stack_from(&self, address: u64, image: &Image, path: &mut Vec<u64>) -> Result<Stack<'_>> {
         let node = &self.nodes[&address];
         let name = &node.function.name;
         ensure!(!path.contains(&address), "`{name}` is recursive: its stack has no bound");
@@ -84,25 +99,53 @@ impl CallGraph {
             None => frame(instructions).with_context(|| format!("stack frame of `{name}`"))?,
         };
         path.push(address);
-        let mut deepest = 0;
+        let mut deepest = Stack { bytes: 0, frames: Vec::new() };
         for (_, callee) in &node.calls {
-            deepest = deepest.max(self.stack_from(*callee, image, path)?);
+            let callee = self.stack_from(*callee, image, path)?;
+            if callee.bytes > deepest.bytes {
+                deepest = callee;
+            }
         }
         path.pop();
-        Ok(own + deepest)
+        deepest.bytes += own;
+        deepest.frames.push((name, own));
+        Ok(deepest)
     }
 }
 
-fn node(function: &Function, listing: &Listing, image: &Image) -> Result<Node> {
+/// A worst-case stack and how it comes about.
+pub struct Stack<'a> {
+    /// All of it.
+    pub bytes: u64,
+    /// The functions on the way, innermost first, and the bytes of each.
+    pub frames: Vec<(&'a str, u64)>,
+}
+
+fn node(
+    function: &Function,
+    listing: &Listing,
+    image: &Image,
+    known: &[KnownPointer],
+) -> Result<Node> {
     let instructions: Vec<_> = listing
         .range(function.range.clone())
         .map(|(address, instruction)| (*address, instruction.clone()))
         .collect();
+    let known = known.iter().find(|pointer| function.name.contains(pointer.caller));
     let mut calls = Vec::new();
     for (address, instruction) in &instructions {
         let flow =
-            flow(instruction).with_context(|| format!("in `{}` at {address:#x}", function.name))?;
-        let Some(target) = flow else { continue };
+            flow(instruction).with_context(|| format!("in `{}` at {address:#x}", function.name));
+        let target = match (flow, known) {
+            (Ok(Some(target)), _) => target,
+            (Ok(None), _) => continue,
+            (Err(_), Some(pointer)) => {
+                let targets = targets(image, pointer)?;
+                calls.extend(targets.into_iter().map(|target| (*address, target)));
+                continue;
+            }
+            (Err(error), None) => return Err(error),
+        };
         if !is_call(instruction.name()) && function.range.contains(&target) {
             continue;
         }
@@ -111,6 +154,18 @@ fn node(function: &Function, listing: &Listing, image: &Image) -> Result<Node> {
         calls.push((*address, callee));
     }
     Ok(Node { function: function.clone(), instructions, calls })
+}
+
+/// Where a call through a known pointer can lead; every part of a name must be found.
+fn targets(image: &Image, pointer: &KnownPointer) -> Result<Vec<u64>> {
+    let mut targets = Vec::new();
+    for part in pointer.targets {
+        let found = image.functions().filter(|function| function.name.contains(part));
+        let before = targets.len();
+        targets.extend(found.map(|function| function.range.start));
+        ensure!(targets.len() > before, "no function `{part}`, which `{}` calls", pointer.caller);
+    }
+    Ok(targets)
 }
 
 /// Where an instruction can lead besides the next one; an error if that cannot be told.
@@ -223,7 +278,7 @@ mod tests {
             (0x12, instruction("pop", "{r7, pc}")),
             (0x20, last),
         ]);
-        CallGraph::walk(&image, &listing, "outer")?.stack(&image)
+        Ok(CallGraph::walk(&image, &listing, "outer")?.stack(&image)?.bytes)
     }
 
     #[test]

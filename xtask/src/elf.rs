@@ -57,6 +57,11 @@ impl Image {
         image
     }
 
+    /// All functions.
+    pub fn functions(&self) -> impl Iterator<Item = &Function> {
+        self.functions.values()
+    }
+
     /// The function with exactly this name.
     pub fn named(&self, name: &str) -> Result<&Function> {
         let mut functions = self.functions.values();

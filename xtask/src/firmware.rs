@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
-use crate::elf::Image;
 use crate::shell::{cargo, run};
 use crate::toolchain::TARGET;
 
@@ -26,9 +25,4 @@ pub fn build() -> Result<()> {
 /// Where [`build`] leaves the image of an outfit.
 pub fn image(outfit: &str) -> PathBuf {
     Path::new("target").join(format!("firmware-{outfit}"))
-}
-
-/// Sizes of an outfit's image, which [`build`] made.
-pub fn read(outfit: &str) -> Result<Image> {
-    Image::read(&image(outfit))
 }

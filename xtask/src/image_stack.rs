@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use object::{File, Object, ObjectSection};
 
-use crate::call_graph::CallGraph;
+use crate::call_graph::{CallGraph, KnownPointer};
 use crate::disassembly::disassemble;
 use crate::elf::Image;
 
@@ -14,6 +14,23 @@ use crate::elf::Image;
 const EXCEPTION_FRAME: u64 = 112;
 /// What unused entries of the vector table lead to: an endless loop.
 const UNUSED: &str = "DefaultHandler";
+
+/// Calls through pointers, and all that these can point at.
+const POINTERS: &[KnownPointer] = &[
+    // defmt-rtt chooses one of two ways to write, by whether a debugger listens.
+    KnownPointer {
+        caller: "_defmt_",
+        targets: &[
+            "defmt_rtt::channel::Channel::blocking_write",
+            "defmt_rtt::channel::Channel::nonblocking_write",
+        ],
+    },
+    // The table of parameters (`ctrl_core::link::parameter`) has a function a field.
+    KnownPointer {
+        caller: "firmware::session::Session",
+        targets: &["core::ops::function::FnOnce::call_once"],
+    },
+];
 
 /// Prints and returns the worst case [B].
 ///
@@ -30,12 +47,15 @@ pub fn worst_case(path: &Path) -> Result<u64> {
             continue;
         }
         let name = &function.name;
-        let graph = CallGraph::walk_from(&image, &listing, address)
+        let graph = CallGraph::walk_from(&image, &listing, address, POINTERS)
             .with_context(|| format!("stack of `{name}`"))?;
         let stack = graph.stack(&image).with_context(|| format!("stack of `{name}`"))?;
         let pushed = if index == 0 { 0 } else { EXCEPTION_FRAME };
-        println!("  {:>6} B  {name}", stack + pushed);
-        total += stack + pushed;
+        println!("  {:>6} B  {name}", stack.bytes + pushed);
+        for (name, bytes) in stack.frames.iter().rev().filter(|(_, bytes)| *bytes > 256) {
+            println!("           {bytes:>6} B of it in {name}");
+        }
+        total += stack.bytes + pushed;
     }
     Ok(total)
 }

@@ -88,7 +88,7 @@ pub fn check_all() -> Result<()> {
         faults.iter().for_each(|fault| println!("  ! {fault}"));
         good &= faults.is_empty();
         match image.graph.stack(&image.image) {
-            Ok(stack) => println!("  at most {stack} B of stack"),
+            Ok(stack) => println!("  at most {} B of stack", stack.bytes),
             Err(error) => {
                 println!("  ! {error}");
                 good = false;

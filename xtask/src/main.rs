@@ -55,10 +55,6 @@ fn run() -> Result<()> {
         ["test"] => checks::run_all(checks::EVERYDAY),
         ["setup"] => toolchain::set_up(),
         ["machine-code"] => machine_code::check_all(),
-        ["stack", image] => {
-            println!("{}", image_stack::worst_case(Path::new(image))?);
-            Ok(())
-        }
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),
         ["profile", controller] => profile::run(controller, "paper", 40),

@@ -73,7 +73,7 @@ impl Measurement {
     pub fn take(controller: &str) -> Result<Self> {
         let image = StepImage::open(controller)?;
         let empty = StepImage::open(NONE)?;
-        let stack = image.graph.stack(&image.image)?;
+        let stack = image.graph.stack(&image.image)?.bytes;
         let (mut cases, mut painted_stack, mut ram) = (Vec::new(), 0, 0);
         for name in case_names(controller)? {
             let folder = Path::new(SAMPLES).join(controller).join(&name);

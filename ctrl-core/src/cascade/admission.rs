@@ -10,6 +10,7 @@ use super::{Cascade, CascadeState, Evaluation};
 use crate::controller::{StepOutput, StepStatus};
 use crate::reference::Reference;
 use crate::rotation::renormalised;
+use crate::saturation::clip;
 use crate::vehicle::VehicleState;
 
 /// Squares [SI units] of state, reference or errors that sum to more than this are nothing a vehicle
@@ -55,14 +56,16 @@ impl Cascade {
     }
 
     /// The reference with its acceleration clipped to `M_p`, so that (19) and (20) hold whatever
-    /// the reference; its derivatives stay.
+    /// the reference; its derivatives stay. `None` if it is out of range altogether.
     #[cold]
-    pub fn clipped(&self, reference: &Reference) -> Reference {
+    #[inline(never)]
+    pub fn clipped(&self, reference: &Reference) -> Option<Reference> {
         let limit = self.reference_acceleration_max;
-        Reference {
-            acceleration_world: crate::saturation::clip(reference.acceleration_world, limit),
+        let in_range = square_sum(reference) < SQUARE_MAX;
+        in_range.then(|| Reference {
+            acceleration_world: clip(reference.acceleration_world, limit),
             ..*reference
-        }
+        })
     }
 
     /// A step without usable input or result: the last wrench again, and no estimate moves.
@@ -90,13 +93,14 @@ impl Cascade {
 }
 
 impl Evaluation {
-    /// Whether all errors are in range and every result is finite; `step_4` is a sum of the results
+    /// Whether all errors and `mu'` are in range and every result is finite; `step_4` is a sum of the results
     /// of step 4, so not finite if one of them is not.
     #[inline(always)]
     pub fn is_usable(&self, rate_error: Vec3, step_4: f32) -> bool {
         let square = self.force.position_error.length_squared()
             + self.force.velocity_error.length_squared()
-            + rate_error.length_squared();
+            + rate_error.length_squared()
+            + self.virtual_rate.mu_dot.length_squared();
         let sum = self.force.thrust + self.force.inverse_mass_rate + step_4;
         square + 0.0 * sum < SQUARE_MAX // 0 times an infinity is NaN
     }

@@ -79,7 +79,8 @@ pub(crate) fn desired_attitude(
     let defined = sine_squared > SINGULAR_SINE * SINGULAR_SINE * normal.value.length_squared();
     let held = !defined;
     let (r2, rho) = if held {
-        (orthogonal_to(r3, held_lateral), 0.0)
+        // Zero times NaN or an infinity is NaN: a heading that is not finite must not pass as held.
+        (orthogonal_to(r3, held_lateral), 0.0 * sine_squared)
     } else {
         let rho = sqrt(sine_squared);
         (lateral * (1.0 / rho), rho) // (22)
@@ -97,7 +98,7 @@ pub(crate) fn desired_attitude(
     let (x, y) = (-p.y, p.x); // (25)
     // The yaw rate that keeps r2 . B = 0; none while the lateral axis is held.
     let (z, yaw) = if held {
-        (0.0, None)
+        (rho, None)
     } else {
         let b = transpose_mul(&frame, normal.first);
         let s = r3.dot(normal.value);

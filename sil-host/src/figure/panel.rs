@@ -127,9 +127,8 @@ impl Panel {
         for (point, name) in &self.marks {
             let (x, y) = self.place(frame, *point);
             svg.circle((x, y), 3.5, "fill=\"#222222\"");
-            let (x, anchor) =
-                if x > left + 0.7 * width { (x - 7.0, "end") } else { (x + 7.0, "start") };
-            halo(svg, (x, y - 6.0), Font::new(11.0, anchor), name);
+            let anchor = if x > left + 0.7 * width { "end" } else { "start" };
+            halo(svg, (x, y + 16.0), Font::new(11.0, anchor), name);
         }
         svg.rectangle((left, top), (width, height), FRAME);
         svg.text((left + 0.5 * width, top - 7.0), LABEL.fill("#555555"), &self.title);

@@ -1,10 +1,11 @@
 //! What the figures show, reduced while the flight goes on: least and greatest value of every
 //! channel in each pixel column, so that no peak is lost and memory does not grow with the flight.
 
+use ctrl_core::controller::Auxiliary;
 use glam::{DVec2, Vec3};
 
 use crate::guarantee::lyapunov::Evaluation;
-use crate::guarantee::tracking::{heading_error, rotation_angle, tilt_error};
+use crate::guarantee::tracking::{rotation_angle, tilt_error};
 use crate::sample::Sample;
 use crate::trace::inertia_estimate;
 
@@ -34,14 +35,10 @@ pub mod channel {
     pub const LYAPUNOV_STATE: usize = 23;
     /// Angle between body z and `b3d` [rad].
     pub const TILT: usize = 24;
-    /// Angle between body y and `b2d` [rad].
-    pub const HEADING: usize = 25;
     /// Height of vehicle and reference [m].
-    pub const HEIGHT: usize = 26;
-    /// Distance from the reference [m].
-    pub const DISTANCE: usize = 28;
+    pub const HEIGHT: usize = 25;
     /// How many there are.
-    pub const COUNT: usize = 29;
+    pub const COUNT: usize = 27;
 }
 
 /// One interval of the flight, cut into columns.
@@ -84,8 +81,8 @@ impl Window {
         for ((least, greatest), value) in
             column.least.iter_mut().zip(&mut column.greatest).zip(values)
         {
-            *least = least.min(*value);
-            *greatest = greatest.max(*value);
+            *least = if *value < *least { *value } else { *least };
+            *greatest = if *value > *greatest { *value } else { *greatest };
         }
         column.vehicle = sample.truth.position_world.truncate();
         column.reference = sample.reference.position_world.as_dvec3().truncate();
@@ -176,13 +173,13 @@ fn values(sample: &Sample, evaluation: &Evaluation) -> [f32; channel::COUNT] {
     put(channel::ATTITUDE_ERROR, evaluation.attitude_error.w);
     put(channel::THRUST, sample.output.wrench.thrust.into());
     put(channel::MASS, 1.0 / f64::from(sample.estimates.inverse_mass));
-    put(channel::AUXILIARY_ANGLE, rotation_angle(sample.auxiliary.attitude.as_dquat()));
+    if sample.auxiliary != Auxiliary::REST {
+        put(channel::AUXILIARY_ANGLE, rotation_angle(sample.auxiliary.attitude.as_dquat()));
+    }
     put(channel::LYAPUNOV_STATE, evaluation.value - evaluation.parameter_part);
     put(channel::TILT, tilt_error(sample.truth.attitude, &sample.reference));
-    put(channel::HEADING, heading_error(sample.truth.attitude, &sample.reference));
     put(channel::HEIGHT, sample.truth.position_world.z);
     put(channel::HEIGHT + 1, sample.reference.position_world.z.into());
-    put(channel::DISTANCE, evaluation.position_error.length());
     values
 }
 

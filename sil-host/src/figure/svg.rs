@@ -88,15 +88,20 @@ impl Svg {
     pub fn polyline(&mut self, points: impl Iterator<Item = (f64, f64)>, style: &str) {
         let mut path = String::new();
         let mut drawing = false;
-        let mut last = (f64::NAN, f64::NAN);
+        let mut last = None;
         for (x, y) in points {
-            let now = ((x * 10.0).round() / 10.0, (y * 10.0).round() / 10.0);
-            let finite = now.0.is_finite() && now.1.is_finite();
-            if finite && now != last {
-                let _ = write!(path, "{}{} {}", if drawing { 'L' } else { 'M' }, now.0, now.1);
-                last = now;
+            if !(x.is_finite() && y.is_finite()) {
+                drawing = false;
+                continue;
             }
-            drawing = finite;
+            let now = [x, y].map(|pixels| (10.0 * pixels).round() as i64);
+            if !drawing || last != Some(now) {
+                path.push(if drawing { 'L' } else { 'M' });
+                push_tenths(&mut path, now[0]);
+                path.push(' ');
+                push_tenths(&mut path, now[1]);
+            }
+            (drawing, last) = (true, Some(now));
         }
         if !path.is_empty() {
             self.put(format_args!("<path d=\"{path}\" fill=\"none\" {style}/>"));
@@ -160,6 +165,20 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
+/// Appends `tenths` as pixels; many times faster than formatting floating-point numbers.
+fn push_tenths(text: &mut String, tenths: i64) {
+    if tenths < 0 {
+        text.push('-');
+    }
+    let magnitude = tenths.unsigned_abs();
+    text.push_str(itoa::Buffer::new().format(magnitude / 10));
+    let digit = (b'0' + (magnitude % 10) as u8) as char;
+    if digit != '0' {
+        text.push('.');
+        text.push(digit);
+    }
+}
+
 /// `a_{b} c` with a lowered, smaller `b`.
 fn subscripts(text: &str, size: f64) -> String {
     let mut parts = text.split("_{");
@@ -199,8 +218,9 @@ mod tests {
     #[test]
     fn a_gap_interrupts_a_line_and_repeated_points_are_dropped() {
         let mut svg = Svg::new(10.0, 10.0, "t");
-        let points = [(0.0, 1.0), (0.0, 1.04), (2.0, 3.0), (f64::NAN, 0.0), (4.0, 5.0), (6.0, 7.0)];
+        let points =
+            [(0.0, 1.0), (0.0, 1.04), (-2.5, 3.12), (f64::NAN, 0.0), (4.0, 5.0), (6.0, 70.0)];
         svg.polyline(points.into_iter(), "stroke=\"red\"");
-        assert!(svg.finish().contains("d=\"M0 1L2 3M4 5L6 7\""));
+        assert!(svg.finish().contains("d=\"M0 1L-2.5 3.1M4 5L6 70\""));
     }
 }

@@ -1,6 +1,6 @@
 //! Where the auxiliary system of controller 2 went and where it is now (38), (39).
 
-use glam::Quat;
+use ctrl_core::controller::Auxiliary;
 
 use super::Monitor;
 use super::lyapunov::Evaluation;
@@ -12,24 +12,18 @@ use crate::scenario::ControllerConfig;
 #[derive(Clone, Copy, Debug)]
 pub struct AuxiliaryRest {
     shown: bool,
-    peak_angle: Extreme,
-    latest_angle: Extreme,
-    latest_rate: Extreme,
+    /// Where the auxiliary attitude was furthest from rest, and when [s].
+    peak: Option<(Auxiliary, f64)>,
+    latest: (Auxiliary, f64),
 }
 
 impl AuxiliaryRest {
     /// Rows only for controller 2.
     #[must_use]
     pub fn new(law: &ControllerConfig) -> Self {
-        let none = Extreme::default();
         let shown = matches!(law, ControllerConfig::Saturated(_));
-        Self { shown, peak_angle: none, latest_angle: none, latest_rate: none }
+        Self { shown, peak: None, latest: (Auxiliary::REST, 0.0) }
     }
-}
-
-/// Rotation angle of the auxiliary attitude [rad].
-fn angle(attitude: Quat) -> f64 {
-    super::tracking::rotation_angle(attitude.as_dquat())
 }
 
 impl Monitor for AuxiliaryRest {
@@ -37,10 +31,12 @@ impl Monitor for AuxiliaryRest {
         if !self.shown {
             return;
         }
-        let (angle, rate) = (angle(sample.auxiliary.attitude), sample.auxiliary.rate.as_dvec3());
-        self.peak_angle.highest(angle, sample.time);
-        self.latest_angle = Extreme::at(angle, sample.time);
-        self.latest_rate = Extreme::at(rate.length(), sample.time);
+        self.latest = (sample.auxiliary, sample.time);
+        let sine = sample.auxiliary.attitude.xyz().length_squared();
+        let beyond = |(peak, _): (Auxiliary, f64)| sine > peak.attitude.xyz().length_squared();
+        if self.peak.is_none_or(beyond) {
+            self.peak = Some(self.latest);
+        }
     }
 
     fn verdicts(&self) -> Vec<Verdict> {
@@ -50,10 +46,16 @@ impl Monitor for AuxiliaryRest {
         let row = |name, equation, unit, extreme| {
             Verdict::new((name, equation, unit), Requirement::Information, extreme)
         };
+        let turn = |(auxiliary, time): (Auxiliary, f64)| {
+            let attitude = auxiliary.attitude.as_dquat();
+            Extreme::at(super::tracking::rotation_angle(attitude), time)
+        };
+        let rate = self.latest.0.rate.as_dvec3().length();
+        let peak = self.peak.map(turn).unwrap_or_default();
         vec![
-            row("auxiliary attitude, peak angle", "(38)", "rad", self.peak_angle),
-            row("auxiliary attitude at the end", "(38)", "rad", self.latest_angle),
-            row("auxiliary rate at the end", "(39)", "rad/s", self.latest_rate),
+            row("auxiliary attitude, peak angle", "(38)", "rad", peak),
+            row("auxiliary attitude at the end", "(38)", "rad", turn(self.latest)),
+            row("auxiliary rate at the end", "(39)", "rad/s", Extreme::at(rate, self.latest.1)),
         ]
     }
 }

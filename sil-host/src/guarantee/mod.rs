@@ -12,6 +12,11 @@ pub mod tracking;
 pub mod verdict;
 pub mod wrench;
 
+#[cfg(test)]
+mod test_flight;
+#[cfg(test)]
+mod tests;
+
 use serde::{Deserialize, Serialize};
 
 use crate::plant::PlantParameters;
@@ -27,7 +32,7 @@ pub(crate) const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GuaranteeConfig {
-    /// From when on the error bounds below hold, and no earlier than the end less one period [s].
+    /// From when on the error bounds below hold; a flight that ends before fails them [s].
     pub settle_time: f64,
     /// Bound of the distance between vehicle and reference [m].
     pub position_error_max: f64,

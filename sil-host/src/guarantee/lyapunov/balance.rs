@@ -9,15 +9,16 @@
 //! ```
 //! with `J' = 1`, `J'' = J` for controller 1 and `J' = J_lo`, `J'' = I` for controller 2; `_true` are
 //! differences over the tick. `rho_v` also holds what an adaptation that is switched off leaves over.
-//! `A` bounds the effect of holding the wrench over the tick, is made of second-order terms only, and
-//! so shrinks with `dt^2`; it also holds the rounding of the `f32` controller. Derivation:
-//! `docs/guarantees.md`.
+//! `A = A_h + A_r`: `A_h` bounds the effect of holding the wrench over the tick, is made of second-order
+//! terms only, and so shrinks with `dt^2`; `A_r` bounds the rounding of the `f32` controller.
+//! Derivation: `docs/guarantees.md`.
 
 use glam::DVec3;
 
 use super::attitude::turn;
 use super::function::Evaluation;
 use super::parameters::Parameters;
+use super::rounding::rounding;
 use super::translation::smooth_sign;
 use crate::plant::Disturbance;
 use crate::sample::Sample;
@@ -42,11 +43,19 @@ pub struct Balance {
     pub smoothing: f64,
     /// `rho_v`: model-based `v'`, and everything else that `w_d` and `mu'` leave out [1/s].
     pub model: f64,
-    /// `A`: hold over the tick and rounding.
-    pub allowance: f64,
+    /// `A_h`: what holding the wrench over the tick may add.
+    pub hold: f64,
+    /// `A_r`: what rounding to `f32` may add.
+    pub rounding: f64,
 }
 
 impl Balance {
+    /// `A = A_h + A_r`.
+    #[must_use]
+    pub fn allowance(&self) -> f64 {
+        self.hold + self.rounding
+    }
+
     /// `rho = rho_d + rho_v` [1/s].
     #[must_use]
     pub fn perturbation(&self) -> f64 {
@@ -56,7 +65,7 @@ impl Balance {
     /// By how much V rose beyond what it may, per second; not positive while the law holds.
     #[must_use]
     pub fn excess(&self, dt: f64) -> f64 {
-        (self.change - self.allowance) / dt + self.decrease - self.perturbation()
+        (self.change - self.allowance()) / dt + self.decrease - self.perturbation()
     }
 }
 
@@ -77,11 +86,11 @@ pub(super) fn balance(p: &Parameters, from: Tick, to: Tick) -> Balance {
         disturbance: disturbance(p, sample, now),
         smoothing: smoothing(p, now),
         model: model + unadapted(p, sample, now),
-        allowance: motion.translation_hold(p, from, to)
+        hold: motion.translation_hold(p, from, to)
             + motion.attitude_hold(p, from, to)
             + motion.rate_hold(p, from)
-            + adaptation_hold(p, now)
-            + rounding(p, sample, now),
+            + adaptation_hold(p, now),
+        rounding: rounding(p, sample, now),
     }
 }
 
@@ -159,7 +168,11 @@ impl Motion {
             rate_error_change: next.rate_error - now.rate_error,
             rate: w.length().max(next_w.length()),
             desired_turn: turn(now.attitude.desired, next.attitude.desired),
-            auxiliary_turn: turn(auxiliary, next_auxiliary).length(),
+            auxiliary_turn: if auxiliary == next_auxiliary {
+                0.0
+            } else {
+                turn(auxiliary, next_auxiliary).length()
+            },
             error_turn: turn(now.attitude_error, next.attitude_error).length(),
             gyroscopic_change: gyroscopic(next_w) - gyroscopic(w),
         }
@@ -224,33 +237,4 @@ fn adaptation_hold(p: &Parameters, now: &Evaluation) -> f64 {
         + p.saturated.map_or(0.0, |saturated| {
             over(increments.gyroscopic_ratio.length_squared(), saturated.gamma3)
         })
-}
-
-/// What evaluating the law in `f32` on a state rounded to `f32` may add to V over one tick.
-fn rounding(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64 {
-    const ULP: f64 = f32::EPSILON as f64;
-    let (g, w_e) = (now.translation.g.length(), now.rate_error.length());
-    let (truth, reference) = (&sample.truth, &sample.reference);
-    let position = reference.position_world.as_dvec3().length() + now.position_error.length();
-    let velocity = truth.velocity_world.length() + reference.velocity_world.as_dvec3().length();
-    // The force command sees rounded errors through k1 and k2; V sees the rounded reference itself.
-    let acceleration = 8.0 * ULP * now.translation.alpha.length() * now.inverse_mass
-        + ULP * (p.m1 * (p.k1 * position + p.k2 * velocity) + p.m2 * p.k2 * velocity)
-        + p.d1 * now.delta.0.sign_error;
-    // A reference evaluated in f32 steps from tick to tick with errors of a few digits.
-    let stepping = 4.0 * ULP * (p.k1 * now.translation.sigma_1.length() * position + g * velocity);
-    // The torque, per unit of the weight of w_e; the virtual rate; the auxiliary attitude.
-    let theta = sample.estimates.inverse_inertia.as_dvec3();
-    let (weight, floor) = match p.saturated {
-        None => (DVec3::ONE, 1.0),
-        Some(_) => (theta, 1.0 / p.inertia_set.0),
-    };
-    let torque = (weight * sample.output.torque_demand_body.as_dvec3()).length();
-    let rate = 16.0 * ULP * torque + p.d2 * floor * now.delta.1.sign_error;
-    let virtual_rate = 16.0 * ULP * sample.intermediates.mu.as_dvec3().length();
-    let eps = now.attitude_error.xyz().length();
-    let auxiliary = if sample.auxiliary.attitude.w < 1.0 { 4.0 * ULP } else { 0.0 };
-    p.c * (stepping + p.dt * acceleration * g)
-        + p.dt * (rate * w_e + virtual_rate * eps)
-        + auxiliary * eps
 }

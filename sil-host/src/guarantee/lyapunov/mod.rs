@@ -16,6 +16,7 @@ pub mod balance;
 pub mod function;
 pub mod monitor;
 pub mod parameters;
+mod rounding;
 pub mod translation;
 
 #[cfg(test)]

@@ -17,10 +17,13 @@ pub struct LyapunovMonitor {
     window: Window,
     excess: Extreme,
     rise: Extreme,
+    disturbance: Extreme,
     model: Extreme,
     start: Extreme,
     latest: Extreme,
     left_out: Extreme,
+    /// Time in windows over which V had to fall [s].
+    outside: f64,
 }
 
 /// Sums over one window.
@@ -49,10 +52,12 @@ impl LyapunovMonitor {
             window: Window::default(),
             excess: none,
             rise: none,
+            disturbance: none,
             model: none,
             start: none,
             latest: none,
             left_out: Extreme::at(0.0, 0.0),
+            outside: 0.0,
         }
     }
 
@@ -60,15 +65,17 @@ impl LyapunovMonitor {
         let dt = self.evaluator.parameters.dt;
         self.excess.highest(balance.excess(dt), sample.time);
         self.model.highest(balance.model, sample.time);
+        self.disturbance.highest(balance.disturbance - balance.smoothing, sample.time);
         let window = &mut self.window;
         if window.duration == 0.0 {
             window.start = evaluation.value - balance.change;
         }
         window.duration += dt;
-        window.surplus += dt * (balance.decrease - balance.perturbation()) - balance.allowance;
+        window.surplus += dt * (balance.decrease - balance.perturbation()) - balance.allowance();
         window.value = evaluation.value;
         if window.duration >= self.window_length {
             if window.surplus > 0.0 {
+                self.outside += window.duration;
                 self.rise.highest(window.value - window.start, sample.time);
             }
             self.window = Window::default();
@@ -98,12 +105,18 @@ impl Monitor for LyapunovMonitor {
     fn verdicts(&self) -> Vec<Verdict> {
         let info = Requirement::Information;
         let zero = Requirement::AtMost(0.0);
+        let equation = if self.evaluator.parameters.saturated.is_some() { "(53)" } else { "(36)" };
         let row = |name, unit, requirement, extreme| {
-            Verdict::new((name, "(36), (53)", unit), requirement, extreme)
+            Verdict::new((name, equation, unit), requirement, extreme)
         };
+        // A flight that starts inside the ultimate set may never leave it.
+        let falls = if self.outside > 0.0 { zero } else { info };
+        let outside = Extreme::at(self.outside, self.latest.time().unwrap_or_default());
         vec![
             row("V rises beyond its balance, at worst", "1/s", zero, self.excess),
-            row("V rises over a window outside its ultimate set", "-", zero, self.rise),
+            row("V rises over a window outside its ultimate set", "-", falls, self.rise),
+            row("disturbance term of V' less its bound", "1/s", zero, self.disturbance),
+            row("time outside the ultimate set", "s", info, outside),
             row("V at the start", "-", info, self.start),
             row("V at the end", "-", info, self.latest),
             row("perturbation of V' by the model-based v', peak", "1/s", info, self.model),

@@ -1,210 +1,184 @@
 //! The balance along real flights: it holds for the laws as they are, and fails for broken ones.
 
-use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
-use ctrl_core::controller::{Intermediates, TrackingController};
-use ctrl_core::robust_adaptive::RobustAdaptive;
-use ctrl_core::saturated::Saturated;
-use ctrl_core::trajectory::{RisingCircle, RisingCircleConfig, Trajectory};
-use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty};
-use glam::{DQuat, DVec3, Vec3};
+use ctrl_core::config::SaturatedConfig;
+use ctrl_core::controller::StepStatus;
+use glam::{DVec3, Vec3};
 
-use super::balance::balance;
 use super::*;
-use crate::plant::disturbance::{DisturbanceConfig, DisturbanceProcess};
-use crate::plant::rigid_body::RigidBody;
-use crate::plant::{PlantParameters, PlantState};
+use crate::guarantee::test_flight::{VEHICLE, both, fly_either, robust_adaptive, saturated};
+use crate::guarantee::{GuaranteeConfig, Monitor, Verdict};
+use crate::plant::Disturbance;
 use crate::sample::Sample;
 use crate::scenario::ControllerConfig;
 
-const VEHICLE: PlantParameters =
-    PlantParameters { mass: 0.85, inertia: DVec3::new(0.04856, 0.04856, 0.09801) };
-
-const UNCERTAINTY: Uncertainty = Uncertainty {
-    mass: Interval { lower: 0.7, upper: 1.0 },
-    inertia: Interval { lower: 0.03, upper: 0.12 },
-    disturbance_acceleration: 0.05,
-    disturbance_torque: 0.05,
+const CONFIG: GuaranteeConfig = GuaranteeConfig {
+    settle_time: 0.0,
+    position_error_max: 10.0,
+    attitude_error_max: 3.0,
+    tilt_error_max: 3.0,
+    heading_error_max: 3.0,
+    lyapunov_window: 0.5,
 };
 
-fn gains(k3: f32, c: f32, m: f32) -> CascadeGains {
-    CascadeGains {
-        k1: 0.5,
-        k2: 1.0,
-        k3,
-        c,
-        m1: m,
-        m2: m,
-        gamma1: 0.05,
-        delta_1: 0.1,
-        delta_min_translation: 0.1,
-        delta_min_rotation: 0.05,
+/// The monitor's rows after a flight that is tampered with.
+fn rows(config: &ControllerConfig, seconds: f64, tamper: impl FnMut(&mut Sample)) -> Vec<Verdict> {
+    let mut evaluator = Evaluator::new(config, &VEHICLE);
+    let mut monitor = LyapunovMonitor::new(&CONFIG, config, &VEHICLE);
+    fly_either(config, seconds, tamper, |sample| {
+        let evaluation = evaluator.evaluate(sample);
+        monitor.observe(sample, &evaluation);
+    });
+    monitor.verdicts()
+}
+
+fn row<'a>(rows: &'a [Verdict], start: &str) -> &'a Verdict {
+    rows.iter().find(|row| row.name.starts_with(start)).unwrap()
+}
+
+#[test]
+fn v_obeys_its_balance_under_both_laws() {
+    for step_period in [0.0005, 0.001, 0.002] {
+        for config in both(step_period) {
+            let rows = rows(&config, 12.0, |_| {});
+            assert!(rows.iter().all(|row| row.pass), "{step_period}: {rows:#?}");
+            assert_eq!(row(&rows, "ticks").observed, Some(0.0));
+            let [start, end] = ["V at the start", "V at the end"].map(|name| row(&rows, name));
+            assert!(end.observed < start.observed);
+            assert!(row(&rows, "V rises over a window").observed.unwrap() < 0.0);
+        }
     }
 }
 
-fn robust_adaptive(step_period: f32) -> RobustAdaptiveConfig {
-    RobustAdaptiveConfig {
-        step_period,
-        reference_acceleration_max: 0.25,
-        uncertainty: UNCERTAINTY,
-        initial: InitialEstimate { mass: 0.75, inertia: Vec3::splat(0.06) },
-        cascade: gains(4.0, 0.01, 4.0),
-        k4: 0.5,
-        gamma2: 0.01,
-    }
+/// Largest excess over the balance of a flight that is tampered with, which must be a failure.
+fn excess(config: &ControllerConfig, tamper: impl FnMut(&mut Sample)) -> f64 {
+    let rows = rows(config, 3.0, tamper);
+    let row = row(&rows, "V rises beyond its balance");
+    assert!(!row.pass, "{row:?}");
+    row.observed.unwrap()
 }
 
-fn saturated(step_period: f32) -> SaturatedConfig {
-    SaturatedConfig {
-        step_period,
-        reference_acceleration_max: 0.25,
-        uncertainty: UNCERTAINTY,
-        initial: InitialEstimate { mass: 0.75, inertia: Vec3::splat(0.06) },
-        cascade: gains(2.0, 0.001, 0.45),
-        thrust_max: 12.0,
-        torque_max: 0.05,
-        k4: 4.0,
-        k5: 0.5,
-        gamma2: 0.01,
-        gamma3: 0.01,
-    }
-}
-
-/// Flies the paper's circle for `seconds`; `tamper` may change each sample before the monitor and
-/// the plant see it.
-fn fly<C: TrackingController>(
-    controller: &C,
-    seconds: f64,
-    mut tamper: impl FnMut(&mut Sample),
-    mut observe: impl FnMut(&Sample),
-) {
-    let dt = f64::from(controller.step_period());
-    let circle =
-        RisingCircleConfig { radius: 100.0, angular_rate: 0.05, height: 10.0, rise_rate: 0.1 };
-    let trajectory = RisingCircle::new(&circle, controller.step_period()).unwrap();
-    let body = RigidBody::new(&VEHICLE, dt, 1);
-    let noise = crate::plant::disturbance::Noise { acceleration: 0.05, torque: 0.05 };
-    let config = DisturbanceConfig { noise: Some(noise), ..DisturbanceConfig::default() };
-    let mut disturbances = DisturbanceProcess::new(&config, 1, dt);
-    let mut state = controller.initial_state();
-    let mut truth = PlantState {
-        position_world: DVec3::new(98.0, -2.0, 0.0),
-        velocity_world: DVec3::ZERO,
-        attitude: DQuat::from_rotation_z(core::f64::consts::PI),
-        rate_body: DVec3::ZERO,
+#[test]
+fn a_law_with_the_wrong_sign_of_its_rate_feedback_breaks_the_balance() {
+    let [first, second] = both(0.001);
+    let flip = |gain: f32| {
+        move |sample: &mut Sample| {
+            sample.output.wrench.torque_body += 2.0 * gain * sample.intermediates.rate_error;
+        }
     };
-    for tick in 0..(seconds / dt).round() as u64 {
-        let reference = trajectory.reference(tick);
-        let estimates = controller.estimates(&state);
-        let auxiliary = controller.auxiliary(&state);
-        let mut intermediates = Intermediates::default();
-        let output = controller.step_observed(&mut state, &truth.measured(), &reference, |seen| {
-            intermediates = *seen;
-        });
-        let disturbance = disturbances.advance();
-        let time = tick as f64 * dt;
-        let mut sample = Sample {
-            tick,
-            time,
-            truth,
-            reference,
-            output,
-            intermediates,
-            estimates,
-            auxiliary,
-            disturbance,
-        };
-        tamper(&mut sample);
-        observe(&sample);
-        truth = body.advance(&truth, &sample.output.wrench, &sample.disturbance);
+    assert!(excess(&first, flip(0.5)) > 0.1);
+    assert!(excess(&second, flip(4.0 * 0.06)) > 1e-3);
+}
+
+#[test]
+fn an_adaptation_that_runs_backwards_breaks_the_balance() {
+    let [first, _] = both(0.001);
+    // The shipped gain moves theta_hat by less than its report can show.
+    let second = ControllerConfig::Saturated(SaturatedConfig { gamma2: 10.0, ..saturated(0.001) });
+    assert!(rows(&second, 3.0, |_| {}).iter().all(|row| row.pass));
+    excess(&first, |sample| {
+        sample.estimates.inertia = Vec3::splat(0.12) - sample.estimates.inertia;
+    });
+    excess(&first, |sample| {
+        sample.estimates.inverse_mass = 2.0 / 0.75 - sample.estimates.inverse_mass;
+    });
+    excess(&second, |sample| {
+        let start = Vec3::splat(1.0 / 0.06);
+        sample.estimates.inverse_inertia = 2.0 * start - sample.estimates.inverse_inertia;
+    });
+}
+
+#[test]
+fn a_lost_torque_axis_or_a_wrong_virtual_rate_breaks_the_balance() {
+    for config in both(0.001) {
+        excess(&config, |sample| sample.output.wrench.torque_body.x = 0.0);
+        excess(&config, |sample| sample.intermediates.mu *= 1.05);
     }
 }
 
 #[test]
-fn explore() {
-    for dt in [0.001f32, 0.0005] {
-        let config = robust_adaptive(dt);
-        explore_one(
-            &RobustAdaptive::new(&config).unwrap(),
-            ControllerConfig::RobustAdaptive(config),
-        );
-        let config = saturated(dt);
-        explore_one(&Saturated::new(&config).unwrap(), ControllerConfig::Saturated(config));
+fn a_disturbance_that_nobody_admits_breaks_the_balance() {
+    for config in both(0.001) {
+        excess(&config, |sample| {
+            // Along w_e, so that it feeds the error; the sample does not show it.
+            let push = sample.intermediates.rate_error.normalize_or_zero();
+            sample.output.wrench.torque_body += 0.02 * push;
+        });
     }
 }
 
-fn explore_one<C: TrackingController>(controller: &C, law: ControllerConfig) {
-    let dt = f64::from(law.step_period());
-    let mut evaluator = Evaluator::new(&law, &VEHICLE);
+#[test]
+fn a_disturbance_beyond_its_bound_is_seen_as_such() {
+    for config in both(0.001) {
+        let rows = rows(&config, 3.0, |sample| {
+            sample.disturbance.torque_body += DVec3::new(0.3, 0.0, 0.0);
+        });
+        assert!(row(&rows, "V rises beyond its balance").pass, "it is in the balance");
+        assert!(!row(&rows, "disturbance term").pass);
+    }
+}
+
+#[test]
+fn steps_outside_the_proof_are_counted_and_not_judged() {
+    let [first, _] = both(0.001);
+    let rows = rows(&first, 1.0, |sample| {
+        if sample.tick == 500 {
+            sample.output.status |= StepStatus::SIGN_FLIPPED;
+            sample.output.wrench.torque_body = Vec3::splat(3.0);
+        }
+    });
+    assert!(row(&rows, "V rises beyond its balance").pass, "{rows:#?}");
+    assert_eq!(row(&rows, "ticks").observed, Some(1.0));
+}
+
+/// Each pair of ticks of a flight, with the balance between them.
+fn balances(
+    config: &ControllerConfig,
+    seconds: f64,
+    tamper: impl FnMut(&mut Sample),
+    mut see: impl FnMut(balance::Balance),
+) {
+    let mut evaluator = Evaluator::new(config, &VEHICLE);
     let mut previous: Option<(Sample, Evaluation)> = None;
-    let mut worst = f64::NEG_INFINITY;
-    let mut sums = [0.0; 6];
-    let mut next = 0.0;
-    println!("time  V  Vparam | per s: change W smooth model allowance | worst excess");
-    fly(
-        controller,
-        160.0,
-        |_| {},
-        |sample| {
-            let evaluation = evaluator.evaluate(sample);
-            if let Some((before, earlier)) = &previous {
-                if !before.output.status.intersects(super::function::OUTSIDE_THE_PROOF) {
-                    let b =
-                        balance(&evaluator.parameters, (before, earlier), (sample, &evaluation));
-                    worst = worst.max(b.excess(dt));
-                    if b.excess(dt) > 0.0 {
-                        println!(
-                            "BAD {} {:+.3e} {:?} dpar {:+.3e} inc {:?} g {:?} eps {:?} we {:?} est {:?}",
-                            sample.time,
-                            b.excess(dt),
-                            b,
-                            evaluation.parameter_part - earlier.parameter_part,
-                            earlier.increments,
-                            earlier.translation.g,
-                            earlier.attitude_error,
-                            earlier.rate_error,
-                            sample.estimates
-                        );
-                    }
-                    for (s, x) in sums.iter_mut().zip([
-                        b.change,
-                        b.decrease * dt,
-                        b.disturbance * dt,
-                        b.model * dt,
-                        b.allowance,
-                        dt,
-                    ]) {
-                        *s += x;
-                    }
-                } else {
-                    println!("left out {} {:?}", sample.time, before.output.status);
-                }
-            }
-            previous = Some((*sample, evaluation));
-            if sample.time >= next {
-                let t = sums[5].max(dt);
-                println!(
-                    "{:7.3} V {:10.4e} par {:10.4e} | dV {:+.3e} W {:.3e} dist {:+.3e} model {:+.3e} A {:+.3e} | {:+.3e} {:?}",
-                    sample.time,
-                    evaluation.value,
-                    evaluation.parameter_part,
-                    sums[0] / t,
-                    sums[1] / t,
-                    sums[2] / t,
-                    sums[3] / t,
-                    sums[4] / t,
-                    worst,
-                    sample.output.status
-                );
-                sums = [0.0; 6];
-                worst = f64::NEG_INFINITY;
-                next = if next < 1.0 {
-                    next + 0.1
-                } else if next < 10.0 {
-                    next + 1.0
-                } else {
-                    next + 10.0
-                };
-            }
-        },
-    );
+    fly_either(config, seconds, tamper, |sample| {
+        let evaluation = evaluator.evaluate(sample);
+        if let Some((before, earlier)) = &previous {
+            let p = &evaluator.parameters;
+            see(balance::balance(p, (before, earlier), (sample, &evaluation)));
+        }
+        previous = Some((*sample, evaluation));
+    });
+}
+
+#[test]
+fn with_the_true_mass_and_in_still_air_the_model_term_is_only_the_hold() {
+    let peak = |step_period| {
+        let mut config = robust_adaptive(step_period);
+        config.initial.mass = VEHICLE.mass as f32;
+        config.cascade.gamma1 = 0.0;
+        let config = ControllerConfig::RobustAdaptive(config);
+        let (mut model, mut decrease) = (0.0f64, 0.0f64);
+        let still = |sample: &mut Sample| sample.disturbance = Disturbance::default();
+        balances(&config, 3.0, still, |balance| {
+            model = model.max(balance.model.abs());
+            decrease = decrease.max(balance.decrease);
+        });
+        model / decrease
+    };
+    // The same flight with the mass 12 % off has a term of 3 %.
+    let (coarse, fine) = (peak(0.002), peak(0.0005));
+    assert!(fine < 2e-3, "{fine}");
+    assert!((3.0..5.0).contains(&(coarse / fine)), "{coarse} {fine}");
+}
+
+#[test]
+fn the_allowance_for_the_hold_shrinks_with_the_step() {
+    let total = |config: &ControllerConfig| {
+        let mut sum = 0.0;
+        balances(config, 2.0, |_| {}, |balance| sum += balance.hold);
+        sum
+    };
+    for (coarse, fine) in both(0.002).iter().zip(&both(0.0005)) {
+        let ratio = total(coarse) / total(fine);
+        assert!((3.0..5.0).contains(&ratio), "a quarter of the step, a quarter in all: {ratio}");
+    }
 }

@@ -1,0 +1,88 @@
+//! What evaluating the law in `f32`, on a state and a reference rounded to `f32`, may add to V over
+//! one tick: `A_r` of the balance.
+//!
+//! Each quantity that the law computes gets a bound on its error, a few units in the last place of
+//! the largest terms that it is a sum of; V changes by that error times what it multiplies in V'.
+
+use super::function::Evaluation;
+use super::parameters::Parameters;
+use crate::sample::Sample;
+
+/// Twice the relative error of one operation.
+const ULP: f64 = f32::EPSILON as f64;
+
+/// `A_r`.
+pub(super) fn rounding(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64 {
+    let (g, w_e) = (now.translation.g.length(), now.rate_error.length());
+    let eps = now.attitude_error.xyz().length();
+    let error = Errors::new(p, sample, now);
+    // While the auxiliary attitude is away from rest, its own rounding turns R_d at every tick.
+    let auxiliary = if sample.auxiliary.attitude.w < 1.0 { 4.0 * ULP } else { 0.0 };
+    p.c * (error.stepping + p.dt * error.acceleration * g)
+        + p.dt * (error.rate_dot * w_e + error.virtual_rate * eps)
+        + auxiliary * eps
+        + 2.0 * f64::EPSILON * now.value // of V itself
+}
+
+/// Errors of what the law computes.
+struct Errors {
+    /// Of the commanded acceleration [m/s^2].
+    acceleration: f64,
+    /// Of `mu` [rad/s].
+    virtual_rate: f64,
+    /// Of the torque, in the unit of the rate term of V'.
+    rate_dot: f64,
+    /// Of V1 through a reference that moves in steps of `f32`.
+    stepping: f64,
+}
+
+impl Errors {
+    fn new(p: &Parameters, sample: &Sample, now: &Evaluation) -> Self {
+        let (truth, reference) = (&sample.truth, &sample.reference);
+        let position = reference.position_world.as_dvec3().length() + now.position_error.length();
+        let velocity = truth.velocity_world.length() + reference.velocity_world.as_dvec3().length();
+        let specific_force = now.translation.alpha.length() * now.inverse_mass;
+        let sigma = ULP * (p.m1 * (p.k1 * position + p.k2 * velocity) + p.m2 * p.k2 * velocity);
+        let g = p.k2 * sigma + p.k1 * ULP * velocity; // (16)
+        let acceleration = 8.0 * ULP * specific_force
+            + sigma
+            + p.d1 * (now.delta.0.sign_error + g / now.delta.0.value); // (13)
+        let turn = 8.0 * ULP + acceleration / specific_force; // of R_d and q_e [rad]
+        let virtual_rate = virtual_rate(p, sample, now, turn, g);
+        Self {
+            acceleration,
+            virtual_rate,
+            rate_dot: rate_dot(p, sample, now, turn),
+            // The reference is evaluated in f32, with errors of a few units.
+            stepping: 4.0
+                * ULP
+                * (p.k1 * now.translation.sigma_1.length() * position
+                    + now.translation.g.length() * velocity),
+        }
+    }
+}
+
+/// Error of `mu` (31), (49).
+fn virtual_rate(p: &Parameters, sample: &Sample, now: &Evaluation, turn: f64, g: f64) -> f64 {
+    let intermediates = &sample.intermediates;
+    let coupling = 2.0 * p.c * now.translation.alpha.length() * now.inverse_mass;
+    let desired_rate = intermediates.desired_rate.as_dvec3().length();
+    16.0 * ULP * intermediates.mu.as_dvec3().length()
+        + turn * (p.k3 + desired_rate + coupling * now.translation.g.length())
+        + coupling * g
+}
+
+/// Error of the torque (34), (50), per unit of what weighs `w_e` in V.
+fn rate_dot(p: &Parameters, sample: &Sample, now: &Evaluation, turn: f64) -> f64 {
+    let torque = sample.output.torque_demand_body.as_dvec3();
+    let (demand, d2) = match p.saturated {
+        None => (torque, p.d2),
+        Some(_) => (torque * sample.estimates.inverse_inertia.as_dvec3(), p.d2 / p.inertia_set.0),
+    };
+    let mu = sample.intermediates.mu.as_dvec3().length();
+    let rate = 4.0 * ULP * (sample.truth.rate_body.length() + mu);
+    16.0 * ULP * demand.length()
+        + turn
+        + rate * (p.k4 + d2 / now.delta.1.value)
+        + d2 * now.delta.1.sign_error
+}
