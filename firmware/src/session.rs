@@ -183,20 +183,32 @@ impl Session {
         }
     }
 
+    #[inline(never)]
     fn select_trajectory(&mut self, selection: TrajectorySelection) -> Result<(), Rejection> {
         use TrajectorySelection as S;
-        let period = self.law.step_period();
-        let trajectory = match selection {
+        let config = match selection {
             S::Stream => {
                 self.references.select(Origin::Stream);
                 return Ok(());
             }
-            S::UploadedPath => AnyTrajectory::WaypointPath(self.upload.finish(period)?),
-            S::Hover(config) => TrajectoryConfig::Hover(config).build(period)?,
-            S::RisingCircle(config) => TrajectoryConfig::RisingCircle(config).build(period)?,
-            S::Circle(config) => TrajectoryConfig::Circle(config).build(period)?,
-            S::Lemniscate(config) => TrajectoryConfig::Lemniscate(config).build(period)?,
+            S::UploadedPath => return self.select_path(),
+            S::Hover(config) => TrajectoryConfig::Hover(config),
+            S::RisingCircle(config) => TrajectoryConfig::RisingCircle(config),
+            S::Circle(config) => TrajectoryConfig::Circle(config),
+            S::Lemniscate(config) => TrajectoryConfig::Lemniscate(config),
         };
+        self.follow(config.build(self.law.step_period())?)
+    }
+
+    /// Selects the uploaded path; apart, for a path takes kilobytes of stack.
+    #[inline(never)]
+    fn select_path(&mut self) -> Result<(), Rejection> {
+        let path = self.upload.finish(self.law.step_period())?;
+        self.follow(AnyTrajectory::WaypointPath(path))
+    }
+
+    /// Follows a trajectory that the controller accepts.
+    fn follow(&mut self, trajectory: AnyTrajectory) -> Result<(), Rejection> {
         self.law.accept(&trajectory)?;
         self.references.select(Origin::Trajectory(trajectory));
         Ok(())

@@ -4,6 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::io::{Read, Write};
 use std::net::TcpListener;
 
+use ctrl_core::controller::StepStatus;
 use ctrl_core::link::{
     ControllerKind, Decoder, Downlink, Encoder, FaultKind, MAX_FRAME, Rejection,
     TrajectorySelection, Uplink,
@@ -11,7 +12,7 @@ use ctrl_core::link::{
 use ctrl_core::mode::{Cause, Command, Mode, Refusal, SAFE};
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
-use ctrl_core::trajectory::TrajectoryConfig;
+use ctrl_core::trajectory::{Leg, MAX_LEGS, TrajectoryConfig};
 use ctrl_core::vehicle::VehicleState;
 use firmware::scenario::{ControllerConfig, Scenario};
 use firmware::vehicle::vehicle_config;
@@ -124,13 +125,7 @@ fn overruns_of_control_in_a_row_lead_to_the_failsafe() {
         assert!(telemetry.tick < 1000, "no failsafe");
     }
     assert_eq!((telemetry.mode, telemetry.cause), (Mode::Failsafe, Some(Cause::Overruns)));
-    let health = (0..200).find_map(|_| {
-        vehicle.say(&sample).into_iter().find_map(|message| match message {
-            Downlink::Health(health) => Some(health),
-            _ => None,
-        })
-    });
-    let control = health.expect("a health report").groups[0];
+    let control = vehicle.health(state).groups[0];
     assert!(control.overruns >= 3 && control.worst_time > 500, "{control:?}");
     vehicle.stop();
 }
@@ -172,6 +167,31 @@ fn the_serial_line_carries_the_link() {
     }
     emulator.kill().unwrap();
     emulator.wait().unwrap();
+}
+
+#[test]
+fn the_longest_path_is_uploaded_checked_and_flown() {
+    let (mut vehicle, state) = on_the_ground("path", "paper-saturated", &[]);
+    let start_world = state.position_world;
+    let legs = MAX_LEGS as u8;
+    vehicle.ask(Uplink::PathBegin { start_world, yaw: 0.0, legs }, state).unwrap();
+    for index in 0..legs {
+        let leg = Leg::to(start_world + f32::from(index % 2) * Vec3::X, 20.0);
+        vehicle.ask(Uplink::PathLeg { index, leg }, state).unwrap();
+    }
+    vehicle.ask(Uplink::SelectTrajectory(TrajectorySelection::UploadedPath), state).unwrap();
+    take_off(&mut vehicle, state);
+    for _ in 0..500 {
+        let telemetry = vehicle.tick(&[Uplink::State { tick: 0, state }]);
+        assert_eq!(telemetry.mode, Mode::Flying);
+        assert!(!telemetry.status.intersects(StepStatus::FAULT));
+    }
+    // Checking a path is long work, done on the ground below control, which keeps its time.
+    let [control, state_input, _, housekeeping] = vehicle.health(state).groups;
+    assert_eq!((control.overruns, housekeeping.overruns), (0, 0));
+    assert!(control.worst_time < 100, "{control:?}");
+    assert!(state_input.worst_time < 20_000, "{state_input:?}");
+    vehicle.stop();
 }
 
 #[test]
