@@ -35,6 +35,7 @@ fn main() {
     let directory = root.join("sil-host/scenarios");
     println!("cargo:rerun-if-changed={}", directory.display());
     println!("cargo:rerun-if-env-changed=GYRFALCON_SCENARIO");
+    println!("cargo:rerun-if-env-changed=GYRFALCON_CONTROL_RATE");
     let name = env::var("GYRFALCON_SCENARIO").unwrap_or_else(|_| FLOWN.to_owned());
     let scenarios: BTreeMap<String, Document> =
         scenario_files(&directory).map(|(name, path)| (name, read(&path))).collect();
@@ -47,7 +48,7 @@ fn main() {
     write("vehicle.postcard", &vehicle_bytes());
 }
 
-/// What the image flies, checked.
+/// What the image flies; `GYRFALCON_CONTROL_RATE` [Hz] stands for the scenario's step period.
 fn flown(scenarios: &BTreeMap<String, Document>, name: &str) -> Flown {
     let find =
         |name: &str| scenarios.get(name).unwrap_or_else(|| panic!("no scenario is called {name}"));
@@ -64,11 +65,16 @@ fn flown(scenarios: &BTreeMap<String, Document>, name: &str) -> Flown {
             }
         });
     }
-    let tuning = Tuning {
+    let mut tuning = Tuning {
         kind: kind.expect("a scenario"),
         robust_adaptive: robust_adaptive.expect("the paper's first controller"),
         saturated: saturated.expect("the paper's second controller"),
     };
+    if let Ok(rate) = env::var("GYRFALCON_CONTROL_RATE") {
+        let rate: f32 = rate.parse().expect("GYRFALCON_CONTROL_RATE is a number of hertz");
+        tuning.robust_adaptive.step_period = 1.0 / rate;
+        tuning.saturated.step_period = 1.0 / rate;
+    }
     Flown { tuning, trajectory: find(name).trajectory.clone() }
 }
 

@@ -1,7 +1,7 @@
 //! The whole image: arming, closed-loop flight, failsafe, faults, over the link in lock step.
 
 use std::cell::{Cell, RefCell};
-use std::io::{Read, Write};
+use std::io::{BufReader, Read, Write};
 use std::net::TcpListener;
 
 use ctrl_core::controller::StepStatus;
@@ -137,7 +137,7 @@ fn the_serial_line_carries_the_link() {
     let mut emulator = start_with_serial("firmware", &[], &serial);
     let (mut line, _) = listener.accept().unwrap();
     line.set_read_timeout(Some(PATIENCE)).unwrap();
-    let mut received = line.try_clone().unwrap().bytes();
+    let mut received = BufReader::new(line.try_clone().unwrap()).bytes();
     let mut decoder = Decoder::<Downlink>::default();
     let mut listen = || {
         loop {
