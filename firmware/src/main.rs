@@ -50,7 +50,7 @@ mod app {
         rate_loop: RateLoop,
         inbox: Inbox,
         outbox: Outbox,
-        session: Session,
+        session: &'static mut Session,
         link: LinkStatistics,
         health: Option<Health>,
     }
@@ -77,7 +77,8 @@ mod app {
         overruns: [u32; 4],
     }
 
-    #[init(local = [queue: Queue<u8, RECEIVED> = Queue::new()])]
+    /// The session is built in place: it holds a whole path, and moving it costs stack.
+    #[init(local = [queue: Queue<u8, RECEIVED> = Queue::new(), session: Option<Session> = None])]
     fn init(mut cx: init::Context) -> (Shared, Local) {
         // build.rs has checked all of these: an error means a damaged image.
         let (Ok(vehicle), Ok(flown)) = (vehicle::vehicle_config(), scenario::flown()) else {
@@ -94,9 +95,10 @@ mod app {
             Active::report(report);
         }
         let config = SessionConfig::new(Active::NAME, Active::TELEMETRY_PERIOD_MIN, &vehicle);
-        let Ok(mut session) = Session::new(config, &flown, fault) else {
-            panic!("damaged scenario");
-        };
+        let session = cx.local.session.insert(match Session::new(config, &flown, fault) {
+            Ok(session) => session,
+            Err(_) => panic!("damaged scenario"),
+        });
         let flight = FlightControl::new(session.law(), &vehicle.supervisor, &vehicle.geometry);
         let Ok(flight) = flight else { panic!("damaged vehicle") };
         let inbox = Inbox {
@@ -254,7 +256,8 @@ mod app {
         } = cx.shared;
         let (transmitter, encoder) = (cx.local.transmitter, cx.local.encoder);
         let telemetry = outbox.lock(|outbox| outbox.telemetry.take());
-        let subscribed = session.lock(|session| session.telemetry_period() != 0);
+        let (subscribed, greeted) =
+            session.lock(|session| (session.telemetry_period() != 0, session.greeted()));
         if let (Some(telemetry), true) = (telemetry, subscribed) {
             send(transmitter, encoder, &Downlink::Telemetry(telemetry));
         }
@@ -262,7 +265,7 @@ mod app {
             let Some(answer) = session.lock(|session| session.next_answer()) else { break };
             send(transmitter, encoder, &answer);
         }
-        if let (Some(health), true) = (health.lock(Option::take), subscribed) {
+        if let (Some(health), true) = (health.lock(Option::take), greeted) {
             send(transmitter, encoder, &Downlink::Health(health));
         }
         Active::exchange();

@@ -40,6 +40,12 @@ impl ReferenceSource {
         Self { origin, timeout, streamed: None }
     }
 
+    /// Where references come from now.
+    #[must_use]
+    pub const fn origin(&self) -> &Origin {
+        &self.origin
+    }
+
     /// Follows `origin` from now on.
     pub fn select(&mut self, origin: Origin) {
         self.origin = origin;

@@ -74,7 +74,6 @@ pub struct Session {
     tuning: Tuning,
     law: Law,
     law_changed: bool,
-    trajectory: Option<AnyTrajectory>,
     references: ReferenceSource,
     upload: PathUpload,
     sample: Option<(VehicleState, u32)>,
@@ -84,6 +83,7 @@ pub struct Session {
     dropped: u32,
     telemetry_period: u16,
     fault: Option<FaultReport>,
+    greeted: bool,
 }
 
 impl Session {
@@ -99,12 +99,11 @@ impl Session {
         let law = Law::new(&flown.tuning)?;
         let trajectory = flown.trajectory.build(law.step_period())?;
         law.accept(&trajectory)?;
-        let origin = Origin::Trajectory(trajectory.clone());
+        let origin = Origin::Trajectory(trajectory);
         let mut session = Self {
             tuning: flown.tuning,
             law,
             law_changed: false,
-            trajectory: Some(trajectory),
             references: ReferenceSource::new(origin, config.reference_timeout),
             upload: PathUpload::default(),
             sample: None,
@@ -113,10 +112,14 @@ impl Session {
             answers: Deque::new(),
             dropped: 0,
             telemetry_period: 0,
+            greeted: false,
             fault,
             config,
         };
         session.answer(session.identity(0));
+        if let Some(report) = session.fault.clone() {
+            session.answer(Downlink::Fault(report));
+        }
         Ok(session)
     }
 
@@ -142,9 +145,18 @@ impl Session {
                 Ok(()) => return, // answered once the control group has heard it
                 Err(_) => Err(Rejection::NotNow),
             },
-            Uplink::Hello => return self.answer(self.identity(progress.uptime)),
-            Uplink::ParameterAt { index } => self.send_parameter(Some(index)),
-            Uplink::ParameterRead { name } => self.send_parameter(self.parameter_index(&name)),
+            Uplink::Hello => {
+                self.greeted = true;
+                return self.answer(self.identity(progress.uptime));
+            }
+            Uplink::ParameterAt { index } => match self.parameter(Some(index)) {
+                Ok(parameter) => return self.answer(parameter),
+                Err(rejection) => Err(rejection),
+            },
+            Uplink::ParameterRead { name } => match self.parameter(self.parameter_index(&name)) {
+                Ok(parameter) => return self.answer(parameter),
+                Err(rejection) => Err(rejection),
+            },
             Uplink::ParametersPersist => Err(Rejection::Unsupported),
             Uplink::Subscribe { period } => self.subscribe(period),
             Uplink::FaultAcknowledge => return self.acknowledge_fault(sequence),
@@ -171,31 +183,41 @@ impl Session {
         }
     }
 
+    #[inline(never)]
     fn select_trajectory(&mut self, selection: TrajectorySelection) -> Result<(), Rejection> {
         use TrajectorySelection as S;
-        let period = self.law.step_period();
-        let trajectory = match selection {
+        let config = match selection {
             S::Stream => {
-                self.trajectory = None;
                 self.references.select(Origin::Stream);
                 return Ok(());
             }
-            S::UploadedPath => AnyTrajectory::WaypointPath(self.upload.finish(period)?),
-            S::Hover(config) => TrajectoryConfig::Hover(config).build(period)?,
-            S::RisingCircle(config) => TrajectoryConfig::RisingCircle(config).build(period)?,
-            S::Circle(config) => TrajectoryConfig::Circle(config).build(period)?,
-            S::Lemniscate(config) => TrajectoryConfig::Lemniscate(config).build(period)?,
+            S::UploadedPath => return self.select_path(),
+            S::Hover(config) => TrajectoryConfig::Hover(config),
+            S::RisingCircle(config) => TrajectoryConfig::RisingCircle(config),
+            S::Circle(config) => TrajectoryConfig::Circle(config),
+            S::Lemniscate(config) => TrajectoryConfig::Lemniscate(config),
         };
+        self.follow(config.build(self.law.step_period())?)
+    }
+
+    /// Selects the uploaded path; apart, for a path takes kilobytes of stack.
+    #[inline(never)]
+    fn select_path(&mut self) -> Result<(), Rejection> {
+        let path = self.upload.finish(self.law.step_period())?;
+        self.follow(AnyTrajectory::WaypointPath(path))
+    }
+
+    /// Follows a trajectory that the controller accepts.
+    fn follow(&mut self, trajectory: AnyTrajectory) -> Result<(), Rejection> {
         self.law.accept(&trajectory)?;
-        self.references.select(Origin::Trajectory(trajectory.clone()));
-        self.trajectory = Some(trajectory);
+        self.references.select(Origin::Trajectory(trajectory));
         Ok(())
     }
 
     /// Takes a tuning if its controller is valid and accepts the selected trajectory.
     fn tune(&mut self, tuning: Tuning) -> Result<(), Rejection> {
         let law = Law::new(&tuning)?;
-        if let Some(trajectory) = &self.trajectory {
+        if let Origin::Trajectory(trajectory) = self.references.origin() {
             law.accept(trajectory)?;
         }
         (self.tuning, self.law, self.law_changed) = (tuning, law, true);
@@ -224,14 +246,13 @@ impl Session {
         }
     }
 
-    fn send_parameter(&mut self, index: Option<u16>) -> Result<(), Rejection> {
+    fn parameter(&self, index: Option<u16>) -> Result<Downlink, Rejection> {
         let index = index.ok_or(Rejection::UnknownParameter)?;
         let value = match self.tuning.kind {
             ControllerKind::RobustAdaptive => parameter_in(self.tuning.robust_adaptive, index),
             ControllerKind::Saturated => parameter_in(self.tuning.saturated, index),
         };
-        self.answer(Downlink::Parameter(value.ok_or(Rejection::UnknownParameter)?));
-        Ok(())
+        value.map(Downlink::Parameter).ok_or(Rejection::UnknownParameter)
     }
 
     fn subscribe(&mut self, period: u16) -> Result<(), Rejection> {
@@ -321,6 +342,12 @@ impl Session {
     #[must_use]
     pub fn telemetry_period(&self) -> u16 {
         self.telemetry_period
+    }
+
+    /// Whether a host has said hello since the start.
+    #[must_use]
+    pub fn greeted(&self) -> bool {
+        self.greeted
     }
 
     /// Whether a fault has not been acknowledged: the vehicle must not fly.

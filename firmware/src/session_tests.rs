@@ -49,7 +49,7 @@ fn write(name: &str, value: f32) -> Uplink {
 
 fn read(session: &mut Session, name: &str) -> f32 {
     match &say(session, Uplink::ParameterRead { name: copy(name) }, FLYING)[..] {
-        [Downlink::Parameter(parameter), Downlink::Acknowledgement(_)] => parameter.value,
+        [Downlink::Parameter(parameter)] => parameter.value,
         other => panic!("{other:?}"),
     }
 }
@@ -67,6 +67,7 @@ fn report() -> FaultReport {
 #[test]
 fn greets_after_the_start_and_when_greeted() {
     let mut session = Session::new(CONFIG, &flown().unwrap(), None).unwrap();
+    assert!(!session.greeted());
     let Some(Downlink::Identity(greeting)) = session.next_answer() else { panic!() };
     assert_eq!((&*greeting.board, greeting.uptime_ticks), ("test bench", 0));
     assert_eq!(greeting.controller, flown().unwrap().tuning.kind);
@@ -74,6 +75,7 @@ fn greets_after_the_start_and_when_greeted() {
         panic!()
     };
     assert_eq!((identity.uptime_ticks, identity.fault_pending), (2000, false));
+    assert!(session.greeted());
 }
 
 #[test]
@@ -150,7 +152,7 @@ fn every_parameter_can_be_listed() {
     loop {
         let index = names.len() as u16;
         match &say(&mut session, Uplink::ParameterAt { index }, GROUND)[..] {
-            [Downlink::Parameter(parameter), _] => {
+            [Downlink::Parameter(parameter)] => {
                 assert_eq!(parameter.index, index);
                 names.push(parameter.name.clone());
             }
@@ -261,6 +263,7 @@ fn a_fault_is_pending_until_it_is_acknowledged() {
     let mut session = Session::new(CONFIG, &flown().unwrap(), Some(report())).unwrap();
     let Some(Downlink::Identity(identity)) = session.next_answer() else { panic!() };
     assert!(identity.fault_pending && session.fault_pending());
+    assert_eq!(session.next_answer(), Some(Downlink::Fault(report())), "unasked");
     let answer = say(&mut session, Uplink::FaultAcknowledge, GROUND);
     assert_eq!(answer[0], Downlink::Fault(report()));
     assert_eq!(answer[1..], acknowledged(Ok(())));

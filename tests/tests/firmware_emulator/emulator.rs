@@ -29,13 +29,18 @@ fn images() -> &'static Path {
 
 /// Starts an image; `directives` are its command line.
 pub fn start(image: &str, directives: &[String]) -> Child {
+    start_with_serial(image, directives, "null")
+}
+
+/// Starts an image with USART2 on a character device of QEMU.
+pub fn start_with_serial(image: &str, directives: &[String], serial: &str) -> Child {
     let mut semihosting = format!("enable=on,target=native,arg={image}");
     for directive in directives {
         semihosting += &format!(",arg={directive}");
     }
     Command::new("qemu-system-arm")
         .args(["-machine", "netduinoplus2", "-nodefaults", "-display", "none"])
-        .args(["-monitor", "none", "-serial", "null", "-serial", "null"])
+        .args(["-monitor", "none", "-serial", "null", "-serial", serial])
         .args(["-icount", "shift=3,sleep=off"])
         .args(["-semihosting-config", &semihosting])
         .args(["-kernel".as_ref(), images().join(image).as_os_str()])

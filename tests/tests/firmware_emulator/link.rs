@@ -8,7 +8,9 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use std::{env, fs, thread};
 
-use ctrl_core::link::{Decoder, Downlink, Encoder, MAX_FRAME, Rejection, Telemetry, Uplink};
+use ctrl_core::link::{
+    Decoder, Downlink, Encoder, Health, MAX_FRAME, Rejection, Telemetry, Uplink,
+};
 use ctrl_core::vehicle::VehicleState;
 
 use crate::emulator::{PATIENCE, start, text};
@@ -90,6 +92,18 @@ impl Vehicle {
             (Some(telemetry), None) => telemetry,
             _ => panic!("not one telemetry in a tick: {heard:?}"),
         }
+    }
+
+    /// The next health report.
+    pub fn health(&mut self, state: VehicleState) -> Health {
+        for _ in 0..200 {
+            for message in self.say(&[Uplink::State { tick: 0, state }]) {
+                if let Downlink::Health(health) = message {
+                    return health;
+                }
+            }
+        }
+        panic!("no health report");
     }
 
     /// Sends messages at each release until the run ends, and returns its report.

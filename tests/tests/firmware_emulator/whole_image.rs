@@ -1,14 +1,18 @@
 //! The whole image: arming, closed-loop flight, failsafe, faults, over the link in lock step.
 
 use std::cell::{Cell, RefCell};
+use std::io::{Read, Write};
+use std::net::TcpListener;
 
+use ctrl_core::controller::StepStatus;
 use ctrl_core::link::{
-    ControllerKind, Downlink, FaultKind, Rejection, TrajectorySelection, Uplink,
+    ControllerKind, Decoder, Downlink, Encoder, FaultKind, MAX_FRAME, Rejection,
+    TrajectorySelection, Uplink,
 };
 use ctrl_core::mode::{Cause, Command, Mode, Refusal, SAFE};
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
-use ctrl_core::trajectory::TrajectoryConfig;
+use ctrl_core::trajectory::{Leg, MAX_LEGS, TrajectoryConfig};
 use ctrl_core::vehicle::VehicleState;
 use firmware::scenario::{ControllerConfig, Scenario};
 use firmware::vehicle::vehicle_config;
@@ -16,7 +20,7 @@ use glam::Vec3;
 use sil_host::scenario::LoadedScenario;
 
 use crate::closed_loop::{OnVehicle, fly};
-use crate::emulator::{run, text};
+use crate::emulator::{PATIENCE, run, start_with_serial, text};
 use crate::link::Vehicle;
 use crate::{PAPER, TICKS};
 
@@ -121,14 +125,72 @@ fn overruns_of_control_in_a_row_lead_to_the_failsafe() {
         assert!(telemetry.tick < 1000, "no failsafe");
     }
     assert_eq!((telemetry.mode, telemetry.cause), (Mode::Failsafe, Some(Cause::Overruns)));
-    let health = (0..200).find_map(|_| {
-        vehicle.say(&sample).into_iter().find_map(|message| match message {
-            Downlink::Health(health) => Some(health),
-            _ => None,
-        })
-    });
-    let control = health.expect("a health report").groups[0];
+    let control = vehicle.health(state).groups[0];
     assert!(control.overruns >= 3 && control.worst_time > 500, "{control:?}");
+    vehicle.stop();
+}
+
+#[test]
+fn the_serial_line_carries_the_link() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let serial = format!("tcp:{}", listener.local_addr().unwrap());
+    let mut emulator = start_with_serial("firmware", &[], &serial);
+    let (mut line, _) = listener.accept().unwrap();
+    line.set_read_timeout(Some(PATIENCE)).unwrap();
+    let mut received = line.try_clone().unwrap().bytes();
+    let mut decoder = Decoder::<Downlink>::default();
+    let mut listen = || {
+        loop {
+            let byte = received.next().expect("the vehicle is silent").unwrap();
+            if let Some(received) = decoder.push(byte) {
+                break received.message;
+            }
+        }
+    };
+    // Bytes that come before the receiver is on are lost: the vehicle speaks first.
+    assert!(matches!(listen(), Downlink::Identity(_)));
+    let mut encoder = Encoder::default();
+    let mut ask = |message| {
+        line.write_all(encoder.encode(&message, &mut [0; MAX_FRAME]).unwrap()).unwrap();
+    };
+    ask(Uplink::Hello);
+    assert!(matches!(listen(), Downlink::Identity(_)));
+    for index in 0..20 {
+        ask(Uplink::ParameterAt { index });
+        loop {
+            match listen() {
+                Downlink::Parameter(parameter) => break assert_eq!(parameter.index, index),
+                Downlink::Health(_) => {}
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+    emulator.kill().unwrap();
+    emulator.wait().unwrap();
+}
+
+#[test]
+fn the_longest_path_is_uploaded_checked_and_flown() {
+    let (mut vehicle, state) = on_the_ground("path", "paper-saturated", &[]);
+    let start_world = state.position_world;
+    let legs = MAX_LEGS as u8;
+    vehicle.ask(Uplink::PathBegin { start_world, yaw: 0.0, legs }, state).unwrap();
+    for index in 0..legs {
+        let leg = Leg::to(start_world + f32::from(index % 2) * Vec3::X, 20.0);
+        vehicle.ask(Uplink::PathLeg { index, leg }, state).unwrap();
+    }
+    vehicle.ask(Uplink::SelectTrajectory(TrajectorySelection::UploadedPath), state).unwrap();
+    take_off(&mut vehicle, state);
+    for _ in 0..500 {
+        let telemetry = vehicle.tick(&[Uplink::State { tick: 0, state }]);
+        assert_eq!(telemetry.mode, Mode::Flying);
+        assert!(!telemetry.status.intersects(StepStatus::FAULT));
+    }
+    // Checking a path is long work, done on the ground below control, which keeps its time.
+    let [control, state_input, _, housekeeping] = vehicle.health(state).groups;
+    assert_eq!((control.overruns, housekeeping.overruns), (0, 0));
+    assert!(control.worst_time < 100, "{control:?}");
+    assert!(state_input.worst_time < 20_000, "{state_input:?}");
     vehicle.stop();
 }
 
@@ -149,8 +211,8 @@ fn rotors_turn_in_flight_only() {
     assert!(report.contains("rotor duty [10000, 10000, 10000, 10000]"), "{report}");
     let report = duty("rotors-flying", "ticks=400", true);
     let (_, duty) = report.split_once("rotor duty [").expect(&report);
-    let duty: Vec<u32> =
-        duty.trim_end_matches([']', '\n']).split(", ").map(|n| n.parse().unwrap()).collect();
+    let (duty, _) = duty.split_once(']').expect(&report);
+    let duty: Vec<u32> = duty.split(", ").map(|n| n.parse().unwrap()).collect();
     assert_eq!(duty.len(), 4);
     assert!(duty.iter().all(|duty| (12_000..20_000).contains(duty)), "{duty:?}");
 }

@@ -154,7 +154,24 @@ fn read_directives() {
 fn end_run(tick: u32) {
     let duty = RECORDED.each_ref().map(|duty| duty.load(Relaxed));
     eprintln!("end of run at tick {tick}, rotor duty {duty:?}");
+    let (used, size) = stack();
+    eprintln!("stack: {used} of {size} bytes used");
     process::exit(0);
+}
+
+/// Deepest use of the stack so far, from what is left of the start-up code's paint, and its size.
+fn stack() -> (usize, usize) {
+    unsafe extern "C" {
+        static _stack_end: u32;
+        static _stack_start: u32;
+    }
+    let (low, high) = (&raw const _stack_end, &raw const _stack_start);
+    let mut lowest = low;
+    // SAFETY: the linker's symbols enclose the stack, which is readable memory, word by word.
+    while lowest < high && unsafe { lowest.read_volatile() } == cortex_m_rt::STACK_PAINT_VALUE {
+        lowest = lowest.wrapping_add(1);
+    }
+    (high as usize - lowest as usize, high as usize - low as usize)
 }
 
 #[cold]
