@@ -1,7 +1,7 @@
 //! What flies on the vehicle's microcontroller: the library behind the images in `main.rs`, `bin/`.
 //!
 //! Everything that decides is pure and tested on the host; everything that touches a register
-//! lives in [`board`] and exists for the target only.
+//! lives in `board` and exists for the target only.
 #![no_std]
 
 #[cfg(test)]

@@ -101,7 +101,8 @@ fn lint_target() -> Result<()> {
 }
 
 /// Units in brackets, such as `[kg]`, which rustdoc takes for links.
-const UNITS: [&str; 12] = ["m", "s", "ms", "us", "kg", "N", "rad", "deg", "Hz", "B", "bytes", "g"];
+const UNITS: [&str; 14] =
+    ["m", "s", "ms", "us", "kg", "N", "rad", "deg", "Hz", "B", "bytes", "g", "px", "ticks"];
 
 fn documentation() -> Result<()> {
     let mut command = on_host(&["doc"]);

@@ -41,7 +41,7 @@ fn smooth_sign(x: Jet<DVec3>, delta: f64) -> Jet<DVec3> {
     })
 }
 
-/// [`smooth_sign`] of a plain vector.
+/// Smooth sign of a plain vector.
 #[must_use]
 pub fn smooth_sign_value(x: DVec3, delta: f64) -> DVec3 {
     smooth_sign(jet(x, DVec3::ZERO, DVec3::ZERO), delta).value
