@@ -1,0 +1,18 @@
+//! Processor in the loop: the plant on the host, the controller in the firmware's image.
+//!
+//! The image runs in an [`emulator`]; [`lockstep`] carries the link's bytes, [`session`] its
+//! messages; [`set_up`] gives the vehicle a scenario, and [`on_vehicle`] stands in SIL's closed loop
+//! for the controller. [`comparison`] holds every tick against the law on the host.
+
+pub mod command;
+pub mod comparison;
+pub mod cost;
+pub mod emulator;
+pub mod error;
+pub mod lockstep;
+pub mod on_vehicle;
+pub mod session;
+pub mod set_up;
+
+pub use command::pil;
+pub use error::PilError;
