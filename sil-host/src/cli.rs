@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{ArgAction, Args, Parser, Subcommand};
 
-use crate::pil::emulator::{IMAGE, QEMU};
+use crate::pil::emulator::{IMAGE, QEMU, SHIFT};
 
 /// Flies the controllers of ctrl-core against a simulated vehicle and checks their guarantees.
 ///
@@ -96,7 +96,17 @@ pub struct PilArguments {
     /// The firmware's image, built for the emulator.
     #[arg(long, default_value = IMAGE, value_name = "ELF")]
     pub image: PathBuf,
+    /// An instruction takes 2^N ns of virtual time: 3 is near the real processor, more is faster,
+    /// for the emulator spends most of its time on the instructions between two ticks.
+    #[arg(long, default_value_t = SHIFT, value_name = "N", value_parser = clap::value_parser!(u8).range(3..=5))]
+    pub shift: u8,
     /// Hold every tick against the law on the host, bit for bit.
     #[arg(long, default_value_t = true, action = ArgAction::Set, value_name = "BOOL")]
     pub compare: bool,
+    /// Keep the bytes of both directions; with several scenarios, those of the last.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Fly nothing; feed a recording to the law on the host and to the image instead.
+    #[arg(long, value_name = "FILE", conflicts_with = "record")]
+    pub replay: Option<PathBuf>,
 }

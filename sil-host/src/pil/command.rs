@@ -1,6 +1,7 @@
 //! `pil`: flies scenarios on the vehicle and holds every tick against SIL.
 
 use std::cell::RefCell;
+use std::path::Path;
 
 use ctrl_core::controller::TrackingController;
 use ctrl_core::robust_adaptive::RobustAdaptive;
@@ -11,13 +12,15 @@ use super::comparison::Difference;
 use super::cost::StepCost;
 use super::emulator::Emulator;
 use super::on_vehicle::{InFlight, OnVehicle};
+use super::recording::Recording;
+use super::replay::{Replayed, replay};
 use super::session::Session;
 use super::set_up::set_up;
 use crate::cli::PilArguments;
 use crate::closed_loop::Observer;
 use crate::progress::Progress;
 use crate::report::{self, Outcome};
-use crate::run;
+use crate::run::{self, RunError};
 use crate::scenario::{ControllerConfig, LoadedScenario, start};
 
 /// Updates of the progress display in a flight.
@@ -30,7 +33,7 @@ pub struct OnBoard {
     pub ticks: u64,
     /// Where the vehicle first differed from SIL.
     pub difference: Option<Difference>,
-    /// What the control ticks cost, in the board's unit.
+    /// What the control ticks cost [instructions].
     pub cost: StepCost,
 }
 
@@ -40,11 +43,14 @@ pub struct OnBoard {
 /// # Errors
 /// See [`PilError`].
 pub fn pil(arguments: &PilArguments) -> Result<bool, PilError> {
+    if let Some(file) = &arguments.replay {
+        return replay_file(file, arguments);
+    }
     let changes = arguments.run.changes();
     let names = arguments.run.scenarios();
     let scenarios = names.iter().map(|name| LoadedScenario::open(name, &changes));
     let scenarios = scenarios.collect::<Result<Vec<_>, _>>()?;
-    let emulator = Emulator { program: arguments.qemu.clone(), image: arguments.image.clone() };
+    let emulator = emulator(arguments);
     let (mut outcomes, mut same) = (Vec::new(), true);
     for scenario in &scenarios {
         let (outcome, on_board) = fly_watched(scenario, &emulator, arguments)?;
@@ -59,6 +65,28 @@ pub fn pil(arguments: &PilArguments) -> Result<bool, PilError> {
         println!("{}", report::json(&outcomes));
     }
     Ok(same && outcomes.iter().all(Outcome::passed))
+}
+
+fn emulator(arguments: &PilArguments) -> Emulator {
+    let PilArguments { qemu, image, shift, .. } = arguments;
+    Emulator { program: qemu.clone(), image: image.clone(), shift: *shift }
+}
+
+/// Feeds a recording to host and image and prints what came out; whether all was as recorded.
+fn replay_file(file: &Path, arguments: &PilArguments) -> Result<bool, PilError> {
+    let recording = Recording::load(file)
+        .map_err(|error| PilError::Recording(file.to_owned(), error.to_string()))?;
+    let replayed = replay(&recording, &emulator(arguments))?;
+    let Replayed { host_ticks, host_difference, packets, image_difference } = replayed;
+    match host_difference {
+        Some(difference) => println!("host: not as recorded: {difference}"),
+        None => println!("host: {host_ticks} ticks of flight as recorded, every bit"),
+    }
+    match image_difference {
+        Some(packet) => println!("image: another answer in packet {packet}"),
+        None => println!("image: {packets} packets answered as recorded"),
+    }
+    Ok(replayed.same())
 }
 
 fn print_on_board(on_board: &OnBoard, arguments: &PilArguments) {
@@ -80,11 +108,18 @@ fn fly_watched(
     emulator: &Emulator,
     arguments: &PilArguments,
 ) -> Result<(Outcome, OnBoard), PilError> {
-    let (mut session, _) = Session::boot(emulator, &[])?;
+    let blank = || Recording::new(&loaded.scenario().name, loaded.text());
+    let recording = arguments.record.is_some().then(blank);
+    let (mut session, _) = Session::boot_recorded(emulator, &[], recording)?;
     set_up(&mut session, loaded.scenario())?;
-    run::watched(loaded.scenario(), &arguments.run, |watch, progress| {
+    let flown = run::watched(loaded.scenario(), &arguments.run, |watch, progress| {
         fly(loaded, &mut session, watch, Some(progress))
-    })
+    });
+    if let (Some(file), Some(recording)) = (&arguments.record, session.take_recording()) {
+        // A flight that failed is worth replaying, too.
+        recording.save(file).map_err(|error| RunError::Output(file.clone(), error.to_string()))?;
+    }
+    flown
 }
 
 /// Flies a scenario on a vehicle that is [set up](set_up) for it, to its end.

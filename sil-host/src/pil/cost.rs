@@ -14,7 +14,7 @@ pub struct StepCost {
 }
 
 impl StepCost {
-    /// Takes in a tick of flight: its cost in the board's unit and its sample.
+    /// Takes in a tick of flight: its cost and its sample.
     pub fn observe(&mut self, tick: u64, cost: u32, sample: &VehicleState) {
         self.minimum = if self.ticks == 0 { cost } else { self.minimum.min(cost) };
         if self.maximum.is_none_or(|(maximum, ..)| cost > maximum) {

@@ -14,6 +14,9 @@ pub const IMAGE: &str = "target/thumbv7em-none-eabihf/release/firmware";
 pub const BUILD_IMAGE: &str =
     "cargo build --release -p firmware --target thumbv7em-none-eabihf --features emulator";
 
+/// Unless another is asked for.
+pub const SHIFT: u8 = 3;
+
 /// Which emulator runs which image.
 #[derive(Clone, Debug)]
 pub struct Emulator {
@@ -21,9 +24,20 @@ pub struct Emulator {
     pub program: PathBuf,
     /// The image (ELF).
     pub image: PathBuf,
+    /// An instruction takes `2^shift` ns of virtual time.
+    pub shift: u8,
 }
 
+/// 8 ns an instruction, near the real processor: what the firmware counts its cost in.
+pub const NATURAL_SHIFT: u8 = 3;
+
 impl Emulator {
+    /// Counts of the image's cost counter, 8 ns each, in an instruction.
+    #[must_use]
+    pub fn cost_of_instruction(&self) -> u32 {
+        1 << self.shift.saturating_sub(NATURAL_SHIFT)
+    }
+
     /// Starts the image; `directives` are its command line, `serial` is the character device of QEMU
     /// behind USART2 (`null` for none). Standard error is piped.
     ///
@@ -36,7 +50,7 @@ impl Emulator {
         Command::new(&self.program)
             .args(["-machine", "netduinoplus2", "-nodefaults", "-display", "none"])
             .args(["-monitor", "none", "-serial", "null", "-serial", serial])
-            .args(["-icount", "shift=3,sleep=off"])
+            .args(["-icount", &format!("shift={},sleep=off", self.shift)])
             .args(["-semihosting-config", &semihosting(&self.image, directives)])
             .args([OsString::from("-kernel"), self.image.clone().into()])
             .stdin(Stdio::null())

@@ -22,6 +22,8 @@ pub enum PilError {
     ImageMissing(PathBuf),
     /// The FIFOs of the link failed.
     Fifo(PathBuf, String),
+    /// A recording cannot be read: where, and why.
+    Recording(PathBuf, String),
     /// The vehicle said nothing for so long.
     Silent(Duration),
     /// The vehicle answered a message otherwise than it must: what was asked, and what came.
@@ -58,7 +60,9 @@ impl fmt::Display for PilError {
                 "{}: no such image; build it with `{BUILD_IMAGE}` or name another with --image",
                 image.display()
             ),
-            Self::Fifo(path, error) => write!(out, "{}: {error}", path.display()),
+            Self::Fifo(path, error) | Self::Recording(path, error) => {
+                write!(out, "{}: {error}", path.display())
+            }
             Self::Silent(time) => write!(out, "the vehicle said nothing for {time:?}"),
             Self::Answer(asked, came) => write!(out, "{asked}: the vehicle answered {came}"),
             Self::Refused(asked, Rejection::Mode(refusal)) => {

@@ -2,7 +2,8 @@
 //!
 //! The image runs in an [`emulator`]; [`lockstep`] carries the link's bytes, [`session`] its
 //! messages; [`set_up`] gives the vehicle a scenario, and [`on_vehicle`] stands in SIL's closed loop
-//! for the controller. [`comparison`] holds every tick against the law on the host.
+//! for the controller. [`comparison`] holds every tick against the law on the
+//! host. A [`recording`] keeps both byte streams of a flight, to [`replay`] them.
 
 pub mod command;
 pub mod comparison;
@@ -11,6 +12,8 @@ pub mod emulator;
 pub mod error;
 pub mod lockstep;
 pub mod on_vehicle;
+pub mod recording;
+pub mod replay;
 pub mod session;
 pub mod set_up;
 

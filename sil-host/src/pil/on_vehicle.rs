@@ -18,21 +18,23 @@ use super::session::Session;
 #[derive(Debug)]
 pub struct InFlight<'a> {
     session: &'a mut Session,
+    cost_of_instruction: u32,
     /// Control ticks flown.
     pub ticks: u64,
     /// Why the flight ended early; from then on the law on the host flies.
     pub failure: Option<PilError>,
     /// Where the vehicle first differed from the law on the host.
     pub difference: Option<Difference>,
-    /// What the control ticks cost.
+    /// What the control ticks cost [instructions].
     pub cost: StepCost,
 }
 
 impl<'a> InFlight<'a> {
     /// About to start; the vehicle is armed, with the scenario's controller and trajectory.
     pub fn new(session: &'a mut Session) -> Self {
+        let cost_of_instruction = session.cost_of_instruction();
         let cost = StepCost::default();
-        Self { session, ticks: 0, failure: None, difference: None, cost }
+        Self { session, cost_of_instruction, ticks: 0, failure: None, difference: None, cost }
     }
 
     /// One control tick with the sample `vehicle`; the first one starts the flight.
@@ -47,7 +49,7 @@ impl<'a> InFlight<'a> {
         if mode != Mode::Flying || telemetry.tick != self.ticks + 1 {
             return Err(PilError::NotFlying { tick: self.ticks, mode, cause });
         }
-        self.cost.observe(self.ticks, telemetry.step_cost, vehicle);
+        self.cost.observe(self.ticks, telemetry.step_cost / self.cost_of_instruction, vehicle);
         self.ticks += 1;
         Ok(telemetry)
     }

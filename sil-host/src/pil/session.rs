@@ -9,6 +9,7 @@ use ctrl_core::vehicle::VehicleState;
 use super::PilError;
 use super::emulator::Emulator;
 use super::lockstep::{Lockstep, PATIENCE};
+use super::recording::{Direction, Recording};
 
 /// Releases of telemetry within which an answer must come.
 const ANSWER_WITHIN: usize = 20;
@@ -21,6 +22,8 @@ pub struct Session {
     line: Lockstep,
     encoder: Encoder<Uplink>,
     decoder: Decoder<Downlink>,
+    cost_of_instruction: u32,
+    recording: Option<Recording>,
 }
 
 impl Session {
@@ -32,8 +35,22 @@ impl Session {
         emulator: &Emulator,
         directives: &[String],
     ) -> Result<(Self, Vec<Downlink>), PilError> {
+        Self::boot_recorded(emulator, directives, None)
+    }
+
+    /// As [`boot`](Self::boot); every byte goes into `recording` as well.
+    ///
+    /// # Errors
+    /// As [`boot`](Self::boot).
+    pub fn boot_recorded(
+        emulator: &Emulator,
+        directives: &[String],
+        recording: Option<Recording>,
+    ) -> Result<(Self, Vec<Downlink>), PilError> {
         let line = Lockstep::start(emulator, directives)?;
-        let mut session = Self { line, encoder: Encoder::default(), decoder: Decoder::default() };
+        let cost_of_instruction = emulator.cost_of_instruction();
+        let (encoder, decoder) = (Encoder::default(), Decoder::default());
+        let mut session = Self { line, encoder, decoder, cost_of_instruction, recording };
         let greeting = session.listen()?;
         Ok((session, greeting))
     }
@@ -62,12 +79,25 @@ impl Session {
     /// # Errors
     /// As [`say`](Self::say).
     pub fn say_bytes(&mut self, bytes: &[u8]) -> Result<Vec<Downlink>, PilError> {
+        self.record(Direction::ToVehicle, bytes);
         self.line.send(bytes)?;
         self.listen()
     }
 
+    fn record(&mut self, direction: Direction, bytes: &[u8]) {
+        if let Some(recording) = &mut self.recording {
+            recording.packets.push((direction, bytes.to_vec()));
+        }
+    }
+
+    /// What has been recorded, if anything is; nothing is from now on.
+    pub fn take_recording(&mut self) -> Option<Recording> {
+        self.recording.take()
+    }
+
     fn listen(&mut self) -> Result<Vec<Downlink>, PilError> {
         let packet = self.line.receive(PATIENCE)?;
+        self.record(Direction::FromVehicle, &packet);
         let received = packet.into_iter().filter_map(|byte| self.decoder.push(byte));
         Ok(received.map(|received| received.message).collect())
     }
@@ -159,6 +189,12 @@ impl Session {
     #[must_use]
     pub fn statistics(&self) -> LinkStatistics {
         self.decoder.statistics()
+    }
+
+    /// Counts of the image's cost counter in an instruction.
+    #[must_use]
+    pub fn cost_of_instruction(&self) -> u32 {
+        self.cost_of_instruction
     }
 
     /// The line below the messages.
