@@ -3,12 +3,15 @@
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgAction, Args, Parser, Subcommand};
+
+use crate::pil::emulator::{IMAGE, QEMU, SHIFT};
 
 /// Flies the controllers of ctrl-core against a simulated vehicle and checks their guarantees.
 ///
 /// Exit status: 0 every guarantee holds, 1 a guarantee is violated, 2 wrong usage or scenario,
-/// 3 results cannot be written.
+/// 3 results cannot be written, 4 the vehicle in the loop (`pil`) failed. `pil` exits with 1 also when
+/// a bit differs from SIL.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "sil-host", version)]
 pub struct Cli {
@@ -29,6 +32,8 @@ pub enum Command {
     },
     /// Fly scenarios, check their guarantees, write traces and figures.
     Run(RunArguments),
+    /// As `run`, with the controller in the firmware's image in QEMU, in lock step with the plant.
+    Pil(PilArguments),
 }
 
 /// A tenth of the ticks shows everything but single-tick noise, in a tenth of the space.
@@ -77,4 +82,31 @@ impl RunArguments {
         let seed = self.seed.map(|seed| format!("seed={seed}"));
         self.changes.iter().cloned().chain(seed).collect()
     }
+}
+
+/// How to fly with the vehicle in the loop.
+#[derive(Clone, Debug, Args)]
+pub struct PilArguments {
+    /// Scenarios and results, as for `run`.
+    #[command(flatten)]
+    pub run: RunArguments,
+    /// The emulator.
+    #[arg(long, default_value = QEMU, value_name = "PATH")]
+    pub qemu: PathBuf,
+    /// The firmware's image, built for the emulator.
+    #[arg(long, default_value = IMAGE, value_name = "ELF")]
+    pub image: PathBuf,
+    /// An instruction takes 2^N ns of virtual time: 3 is near the real processor, more is faster,
+    /// for the emulator spends most of its time on the instructions between two ticks.
+    #[arg(long, default_value_t = SHIFT, value_name = "N", value_parser = clap::value_parser!(u8).range(3..=5))]
+    pub shift: u8,
+    /// Hold every tick against the law on the host, bit for bit.
+    #[arg(long, default_value_t = true, action = ArgAction::Set, value_name = "BOOL")]
+    pub compare: bool,
+    /// Keep the bytes of both directions; with several scenarios, those of the last.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Fly nothing; feed a recording to the law on the host and to the image instead.
+    #[arg(long, value_name = "FILE", conflicts_with = "record")]
+    pub replay: Option<PathBuf>,
 }

@@ -1,13 +1,14 @@
 //! Software-in-the-loop harness: flies the controllers of `ctrl-core` against a simulated vehicle.
 //!
 //! A [`scenario`] is read from TOML; its flight runs in [`closed_loop`] against the [`plant`];
-//! every tick is a [`sample`] that observers see, among them the monitors of the [`guarantee`]s.
+//! every tick is a [`sample`] that observers see, among them the monitors of the [`guarantee`]s. [`pil`] puts the firmware's image in the controller's place.
 
 pub mod cli;
 pub mod closed_loop;
 pub mod figure;
 pub mod guarantee;
 pub mod page;
+pub mod pil;
 pub mod plant;
 pub mod progress;
 pub mod report;

@@ -3,7 +3,8 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use sil_host::cli::{Cli, Command, RunArguments};
+use sil_host::cli::{Cli, Command, PilArguments, RunArguments};
+use sil_host::pil::{PilError, pil};
 use sil_host::report;
 use sil_host::run::{RunError, run};
 use sil_host::scenario::{BUILT_IN, BuiltIn};
@@ -11,12 +12,14 @@ use sil_host::scenario::{BUILT_IN, BuiltIn};
 const VIOLATED: u8 = 1;
 const WRONG_USAGE: u8 = 2;
 const NOT_WRITTEN: u8 = 3;
+const VEHICLE_FAILED: u8 = 4;
 
 fn main() -> ExitCode {
     match Cli::parse().command {
         Command::List => list(),
         Command::Show { name } => show(&name),
         Command::Run(arguments) => fly(&arguments),
+        Command::Pil(arguments) => fly_on_vehicle(&arguments),
     }
 }
 
@@ -36,15 +39,30 @@ fn show(name: &str) -> ExitCode {
 }
 
 fn fly(arguments: &RunArguments) -> ExitCode {
-    match run(arguments) {
+    verdict(run(arguments), run_failure)
+}
+
+fn fly_on_vehicle(arguments: &PilArguments) -> ExitCode {
+    verdict(pil(arguments), |error| match error {
+        PilError::Run(error) => run_failure(error),
+        _ => VEHICLE_FAILED,
+    })
+}
+
+fn run_failure(error: &RunError) -> u8 {
+    match error {
+        RunError::Scenario(_) => WRONG_USAGE,
+        RunError::Output(..) => NOT_WRITTEN,
+    }
+}
+
+fn verdict<E: std::fmt::Display>(result: Result<bool, E>, failure: impl Fn(&E) -> u8) -> ExitCode {
+    match result {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(VIOLATED),
         Err(error) => {
             eprintln!("error: {error}");
-            ExitCode::from(match error {
-                RunError::Scenario(_) => WRONG_USAGE,
-                RunError::Output(..) => NOT_WRITTEN,
-            })
+            ExitCode::from(failure(&error))
         }
     }
 }

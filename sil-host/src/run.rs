@@ -103,22 +103,39 @@ impl Observer for Watch {
 
 fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, RunError> {
     let scenario = loaded.scenario();
+    let mut flight = loaded.flight()?;
+    let (outcome, ()) = watched(scenario, arguments, |watch, progress| {
+        let ticks = scenario.ticks();
+        let chunk = ticks.div_ceil(UPDATES).max(1);
+        let mut flown = 0;
+        while flown < ticks {
+            let now = chunk.min(ticks - flown);
+            flight.advance(now, watch);
+            flown += now;
+            progress.advance(now);
+        }
+        Ok::<_, RunError>(())
+    })?;
+    Ok(outcome)
+}
+
+/// Has `fly` fly a scenario in front of every monitor, and writes its results.
+///
+/// # Errors
+/// When the results cannot be written, and those of `fly`.
+pub(crate) fn watched<T, E: From<RunError>>(
+    scenario: &Scenario,
+    arguments: &RunArguments,
+    fly: impl FnOnce(&mut Watch, &Progress) -> Result<T, E>,
+) -> Result<(Outcome, T), E> {
     let directory = arguments.out.join(&scenario.name);
     let unwritable = |error: io::Error| RunError::Output(directory.clone(), error.to_string());
     let trace_every = u64::from(arguments.trace_every.get());
     let mut watch = Watch::new(scenario, &directory, trace_every).map_err(unwritable)?;
-    let mut flight = loaded.flight()?;
     let ticks = scenario.ticks();
     let progress = Progress::new(&scenario.name, ticks, scenario.duration, arguments.quiet);
     progress.message("flying");
-    let chunk = ticks.div_ceil(UPDATES).max(1);
-    let mut flown = 0;
-    while flown < ticks {
-        let now = chunk.min(ticks - flown);
-        flight.advance(now, &mut watch);
-        flown += now;
-        progress.advance(now);
-    }
+    let flown = fly(&mut watch, &progress)?;
     let outcome = Outcome {
         name: scenario.name.clone(),
         description: scenario.description.clone(),
@@ -129,5 +146,5 @@ fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, Run
         directory: directory.clone(),
     };
     watch.results.finish(scenario, &outcome).map_err(unwritable)?;
-    Ok(outcome)
+    Ok((outcome, flown))
 }

@@ -146,3 +146,25 @@ fn results_that_cannot_be_written_exit_with_three() {
     assert_eq!(output.status.code(), Some(3), "{}", complained(&output));
     assert!(complained(&output).contains("blocked"), "{}", complained(&output));
 }
+
+#[test]
+fn pil_says_how_to_get_what_is_missing() {
+    let out = directory("pil-missing");
+    let pil = |more: &[&str]| {
+        sil_host(&[&["pil", "--out", out.to_str().expect("UTF-8")], &SHORT[..], more].concat())
+    };
+    let output = pil(&["--image", "no-such-image"]);
+    assert_eq!(output.status.code(), Some(4));
+    let message = complained(&output);
+    assert!(
+        message.contains("no-such-image: no such image; build it with `cargo build"),
+        "{message}"
+    );
+    let output = pil(&["--image", "Cargo.toml", "--qemu", "no-such-emulator"]);
+    assert_eq!(output.status.code(), Some(4));
+    let message = complained(&output);
+    assert!(message.contains("no-such-emulator") && message.contains("--qemu PATH"), "{message}");
+    let output = pil(&["--replay", "Cargo.toml"]);
+    assert_eq!(output.status.code(), Some(4));
+    assert!(complained(&output).contains("Cargo.toml: line 1 is not"), "{output:?}");
+}

@@ -66,7 +66,8 @@ impl AnyFlight {
     }
 }
 
-fn start<C: TrackingController>(
+/// The vehicle of `scenario` at the first tick, with another controller in place of its own.
+pub(crate) fn start<C: TrackingController>(
     controller: C,
     scenario: &Scenario,
 ) -> Result<Flight<C, AnyTrajectory>, ConfigError> {

@@ -73,7 +73,7 @@ impl LoadedScenario {
 
     /// Finds the key that a validating constructor refused: `parameter` is a path below the
     /// controller or the trajectory, or an expression of several.
-    fn refusal(&self, error: &ConfigError) -> ScenarioError {
+    pub(crate) fn refusal(&self, error: &ConfigError) -> ScenarioError {
         let controller = keys("controller", self.scenario.controller.kind());
         let terms = error.parameter.split_whitespace().filter_map(|term| term.split('[').next());
         let written = terms

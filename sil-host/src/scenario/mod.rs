@@ -13,6 +13,7 @@ mod validation;
 pub use built_in::{BUILT_IN, BuiltIn, DEFAULT_SCENARIOS};
 pub use error::{Origin, ScenarioError};
 pub use flight::AnyFlight;
+pub(crate) use flight::start;
 pub use initial::InitialCondition;
 pub use loaded::LoadedScenario;
 

@@ -1,10 +1,8 @@
-//! SIL's closed loop with a controller that records, or that flies on the emulated vehicle.
+//! SIL's closed loop with a controller that records what it is given.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 
 use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, StepOutput, TrackingController};
-use ctrl_core::link::Uplink;
-use ctrl_core::mode::{Command, Mode};
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{VehicleState, WrenchBounds};
 use firmware::replay::Sample;
@@ -14,8 +12,6 @@ use sil_host::closed_loop::{Flight, Unobserved};
 use sil_host::plant::disturbance::DisturbanceProcess;
 use sil_host::plant::rigid_body::RigidBody;
 use sil_host::scenario::LoadedScenario;
-
-use crate::link::Vehicle;
 
 /// Flies a scenario's first ticks with another controller in place of its own.
 pub fn fly<C: TrackingController>(scenario: &str, ticks: u64, controller: C) {
@@ -39,47 +35,30 @@ pub struct Recording<'a, C> {
     pub samples: &'a RefCell<Vec<Sample>>,
 }
 
-/// A controller on the vehicle, held against the same law on the host at every step.
-pub struct OnVehicle<'a, C> {
-    /// The law on the host.
-    pub law: C,
-    /// The vehicle, armed.
-    pub vehicle: RefCell<&'a mut Vehicle>,
-    /// The first step starts the flight.
-    pub started: Cell<bool>,
-}
-
-/// Passes on to the law everything but the step.
-macro_rules! as_the_law {
-    () => {
-        type State = C::State;
-
-        fn initial_state(&self) -> C::State {
-            self.law.initial_state()
-        }
-        fn step_period(&self) -> f32 {
-            self.law.step_period()
-        }
-        fn reference_acceleration_max(&self) -> f32 {
-            self.law.reference_acceleration_max()
-        }
-        fn bounds(&self) -> WrenchBounds {
-            self.law.bounds()
-        }
-        fn estimates(&self, state: &C::State) -> Estimates {
-            self.law.estimates(state)
-        }
-        fn attitude_error(&self, state: &C::State) -> Quat {
-            self.law.attitude_error(state)
-        }
-        fn auxiliary(&self, state: &C::State) -> Auxiliary {
-            self.law.auxiliary(state)
-        }
-    };
-}
-
 impl<C: TrackingController> TrackingController for Recording<'_, C> {
-    as_the_law!();
+    type State = C::State;
+
+    fn initial_state(&self) -> C::State {
+        self.law.initial_state()
+    }
+    fn step_period(&self) -> f32 {
+        self.law.step_period()
+    }
+    fn reference_acceleration_max(&self) -> f32 {
+        self.law.reference_acceleration_max()
+    }
+    fn bounds(&self) -> WrenchBounds {
+        self.law.bounds()
+    }
+    fn estimates(&self, state: &C::State) -> Estimates {
+        self.law.estimates(state)
+    }
+    fn attitude_error(&self, state: &C::State) -> Quat {
+        self.law.attitude_error(state)
+    }
+    fn auxiliary(&self, state: &C::State) -> Auxiliary {
+        self.law.auxiliary(state)
+    }
 
     fn step_observed(
         &self,
@@ -90,33 +69,5 @@ impl<C: TrackingController> TrackingController for Recording<'_, C> {
     ) -> StepOutput {
         self.samples.borrow_mut().push(Sample { vehicle: *vehicle, reference: *reference });
         self.law.step_observed(state, vehicle, reference, observe)
-    }
-}
-
-impl<C: TrackingController> TrackingController for OnVehicle<'_, C> {
-    as_the_law!();
-
-    fn step_observed(
-        &self,
-        state: &mut C::State,
-        vehicle: &VehicleState,
-        reference: &Reference,
-        observe: impl FnOnce(&Intermediates),
-    ) -> StepOutput {
-        let mut messages = vec![Uplink::State { tick: 0, state: *vehicle }];
-        if !self.started.replace(true) {
-            messages.push(Uplink::Command(Command::Start));
-        }
-        let telemetry = self.vehicle.borrow_mut().tick(&messages);
-        let expected = self.law.step_observed(state, vehicle, reference, observe);
-        let tick = telemetry.tick;
-        assert_eq!((telemetry.mode, telemetry.cause), (Mode::Flying, None), "tick {tick}");
-        assert_eq!(telemetry.wrench, expected.wrench, "tick {tick}");
-        assert_eq!(telemetry.torque_demand_body, expected.torque_demand_body, "tick {tick}");
-        assert_eq!(telemetry.status, expected.status, "tick {tick}");
-        assert_eq!(telemetry.estimates, self.law.estimates(state), "tick {tick}");
-        assert_eq!(telemetry.attitude_error, self.law.attitude_error(state), "tick {tick}");
-        assert_eq!(telemetry.auxiliary, self.law.auxiliary(state), "tick {tick}");
-        StepOutput { wrench: telemetry.wrench, ..expected }
     }
 }

@@ -1,14 +1,15 @@
 //! Builds the firmware's images and runs them in QEMU.
 
 use std::env;
+use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Output};
 use std::sync::OnceLock;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Longest that an emulated run, or one answer of it, may take.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+use sil_host::pil::emulator::{Emulator, NATURAL_SHIFT, QEMU};
+use sil_host::pil::lockstep::PATIENCE;
 
 /// Builds the images, once, and returns the directory they are in.
 fn images() -> &'static Path {
@@ -27,33 +28,14 @@ fn images() -> &'static Path {
     })
 }
 
-/// Starts an image; `directives` are its command line.
-pub fn start(image: &str, directives: &[String]) -> Child {
-    start_with_serial(image, directives, "null")
-}
-
-/// Starts an image with USART2 on a character device of QEMU.
-pub fn start_with_serial(image: &str, directives: &[String], serial: &str) -> Child {
-    let mut semihosting = format!("enable=on,target=native,arg={image}");
-    for directive in directives {
-        semihosting += &format!(",arg={directive}");
-    }
-    Command::new("qemu-system-arm")
-        .args(["-machine", "netduinoplus2", "-nodefaults", "-display", "none"])
-        .args(["-monitor", "none", "-serial", "null", "-serial", serial])
-        .args(["-icount", "shift=3,sleep=off"])
-        .args(["-semihosting-config", &semihosting])
-        .args(["-kernel".as_ref(), images().join(image).as_os_str()])
-        .stdin(Stdio::null())
-        .stdout(Stdio::null()) // the log is encoded; the tests read standard error
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("qemu-system-arm must be installed")
+/// The emulator with one of the images.
+pub fn emulator(image: &str) -> Emulator {
+    Emulator { program: QEMU.into(), image: images().join(image), shift: NATURAL_SHIFT }
 }
 
 /// Runs an image until it ends; the exit status is the image's.
 pub fn run(image: &str, directives: &[String]) -> Output {
-    finish(start(image, directives))
+    finish(emulator(image).start(directives, "null").unwrap())
 }
 
 /// Waits for the end of a run, but not for ever.
@@ -68,6 +50,13 @@ pub fn finish(mut child: Child) -> Output {
         thread::sleep(Duration::from_millis(5));
     }
     child.wait_with_output().unwrap()
+}
+
+/// All that is left of a stream.
+pub fn read_all(mut stream: impl Read) -> String {
+    let mut bytes = Vec::new();
+    stream.read_to_end(&mut bytes).unwrap();
+    text(&bytes)
 }
 
 /// Text of a stream.

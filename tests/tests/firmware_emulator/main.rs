@@ -5,6 +5,7 @@
 
 mod closed_loop;
 mod emulator;
+mod in_the_loop;
 mod link;
 mod replay;
 mod whole_image;

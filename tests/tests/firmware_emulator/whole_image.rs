@@ -1,6 +1,5 @@
 //! The whole image: arming, closed-loop flight, failsafe, faults, over the link in lock step.
 
-use std::cell::{Cell, RefCell};
 use std::io::{BufReader, Read, Write};
 use std::net::TcpListener;
 
@@ -10,22 +9,19 @@ use ctrl_core::link::{
     TrajectorySelection, Uplink,
 };
 use ctrl_core::mode::{Cause, Command, Mode, Refusal, SAFE};
-use ctrl_core::robust_adaptive::RobustAdaptive;
-use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::{Leg, MAX_LEGS, TrajectoryConfig};
 use ctrl_core::vehicle::VehicleState;
 use firmware::scenario::{ControllerConfig, Scenario};
 use firmware::vehicle::vehicle_config;
 use glam::Vec3;
+use sil_host::pil::lockstep::PATIENCE;
 use sil_host::scenario::LoadedScenario;
 
-use crate::closed_loop::{OnVehicle, fly};
-use crate::emulator::{PATIENCE, run, start_with_serial, text};
+use crate::emulator::{emulator, run, text};
 use crate::link::Vehicle;
-use crate::{PAPER, TICKS};
 
 /// A vehicle that stands where a scenario begins, with its controller and trajectory selected.
-fn on_the_ground(test: &str, scenario: &str, directives: &[&str]) -> (Vehicle, VehicleState) {
+fn on_the_ground(scenario: &str, directives: &[&str]) -> (Vehicle, VehicleState) {
     let loaded = LoadedScenario::open(scenario, &[]).unwrap();
     let state = loaded.scenario().initial.state().measured();
     let document = Scenario::named(scenario).unwrap().load().unwrap();
@@ -36,7 +32,7 @@ fn on_the_ground(test: &str, scenario: &str, directives: &[&str]) -> (Vehicle, V
     let TrajectoryConfig::RisingCircle(circle) = document.trajectory else {
         panic!("the paper's trajectory");
     };
-    let (mut vehicle, greeting) = Vehicle::boot(test, directives);
+    let (mut vehicle, greeting) = Vehicle::boot(directives);
     assert!(matches!(greeting[..], [Downlink::Identity(_)]), "{greeting:?}");
     vehicle.subscribe(state);
     vehicle.ask(Uplink::SelectController(kind), state).unwrap();
@@ -67,32 +63,9 @@ fn take_off(vehicle: &mut Vehicle, state: VehicleState) {
 }
 
 #[test]
-fn the_image_flies_each_paper_scenario_in_closed_loop_like_sil_to_the_bit() {
-    for scenario in PAPER {
-        let (mut vehicle, state) = on_the_ground("closed-loop", scenario, &[]);
-        arm(&mut vehicle, state);
-        match Scenario::named(scenario).unwrap().load().unwrap().controller {
-            ControllerConfig::RobustAdaptive(config) => {
-                let law = RobustAdaptive::new(&config).unwrap();
-                fly(scenario, TICKS, on_vehicle(law, &mut vehicle));
-            }
-            ControllerConfig::Saturated(config) => {
-                let law = Saturated::new(&config).unwrap();
-                fly(scenario, TICKS, on_vehicle(law, &mut vehicle));
-            }
-        }
-        vehicle.stop();
-    }
-}
-
-fn on_vehicle<C>(law: C, vehicle: &mut Vehicle) -> OnVehicle<'_, C> {
-    OnVehicle { law, vehicle: RefCell::new(vehicle), started: Cell::new(false) }
-}
-
-#[test]
 fn when_samples_stop_the_vehicle_descends_and_then_stops_its_rotors() {
     let config = vehicle_config().unwrap();
-    let (mut vehicle, state) = on_the_ground("samples-stop", "paper-saturated", &[]);
+    let (mut vehicle, state) = on_the_ground("paper-saturated", &[]);
     take_off(&mut vehicle, state);
     let flown_on = config.link.sample_valid + u32::from(config.supervisor.missed_samples_max);
     let mut telemetry = vehicle.tick(&[]);
@@ -111,12 +84,11 @@ fn when_samples_stop_the_vehicle_descends_and_then_stops_its_rotors() {
         assert!(ticks < 5000, "the descent does not end");
     }
     assert_eq!((telemetry.mode, telemetry.wrench), (Mode::Locked, SAFE));
-    vehicle.stop();
 }
 
 #[test]
 fn overruns_of_control_in_a_row_lead_to_the_failsafe() {
-    let (mut vehicle, state) = on_the_ground("overruns", "paper-saturated", &["provoke=overrun"]);
+    let (mut vehicle, state) = on_the_ground("paper-saturated", &["provoke=overrun"]);
     take_off(&mut vehicle, state);
     let sample = [Uplink::State { tick: 0, state }];
     let mut telemetry = vehicle.tick(&sample);
@@ -127,14 +99,13 @@ fn overruns_of_control_in_a_row_lead_to_the_failsafe() {
     assert_eq!((telemetry.mode, telemetry.cause), (Mode::Failsafe, Some(Cause::Overruns)));
     let control = vehicle.health(state).groups[0];
     assert!(control.overruns >= 3 && control.worst_time > 500, "{control:?}");
-    vehicle.stop();
 }
 
 #[test]
 fn the_serial_line_carries_the_link() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let serial = format!("tcp:{}", listener.local_addr().unwrap());
-    let mut emulator = start_with_serial("firmware", &[], &serial);
+    let mut emulator = emulator("firmware").start(&[], &serial).unwrap();
     let (mut line, _) = listener.accept().unwrap();
     line.set_read_timeout(Some(PATIENCE)).unwrap();
     let mut received = BufReader::new(line.try_clone().unwrap()).bytes();
@@ -171,7 +142,7 @@ fn the_serial_line_carries_the_link() {
 
 #[test]
 fn the_longest_path_is_uploaded_checked_and_flown() {
-    let (mut vehicle, state) = on_the_ground("path", "paper-saturated", &[]);
+    let (mut vehicle, state) = on_the_ground("paper-saturated", &[]);
     let start_world = state.position_world;
     let legs = MAX_LEGS as u8;
     vehicle.ask(Uplink::PathBegin { start_world, yaw: 0.0, legs }, state).unwrap();
@@ -191,13 +162,12 @@ fn the_longest_path_is_uploaded_checked_and_flown() {
     assert_eq!((control.overruns, housekeeping.overruns), (0, 0));
     assert!(control.worst_time < 100, "{control:?}");
     assert!(state_input.worst_time < 20_000, "{state_input:?}");
-    vehicle.stop();
 }
 
 #[test]
 fn rotors_turn_in_flight_only() {
-    let duty = |test, directive: &str, fly: bool| {
-        let (mut vehicle, state) = on_the_ground(test, "paper-saturated", &[directive]);
+    let duty = |directive: &str, fly: bool| {
+        let (mut vehicle, state) = on_the_ground("paper-saturated", &[directive]);
         if fly {
             take_off(&mut vehicle, state);
         } else {
@@ -207,9 +177,9 @@ fn rotors_turn_in_flight_only() {
         let sample = Uplink::State { tick: 0, state };
         vehicle.say_until_the_end(&[sample])
     };
-    let report = duty("rotors-armed", "ticks=400", false);
+    let report = duty("ticks=400", false);
     assert!(report.contains("rotor duty [10000, 10000, 10000, 10000]"), "{report}");
-    let report = duty("rotors-flying", "ticks=400", true);
+    let report = duty("ticks=400", true);
     let (_, duty) = report.split_once("rotor duty [").expect(&report);
     let (duty, _) = duty.split_once(']').expect(&report);
     let duty: Vec<u32> = duty.split(", ").map(|n| n.parse().unwrap()).collect();
@@ -219,7 +189,7 @@ fn rotors_turn_in_flight_only() {
 
 #[test]
 fn a_fault_stops_the_vehicle_and_is_reported_over_the_link_after_the_restart() {
-    let (mut vehicle, state) = on_the_ground("fault", "paper-saturated", &["provoke=panic"]);
+    let (mut vehicle, state) = on_the_ground("paper-saturated", &["provoke=panic"]);
     take_off(&mut vehicle, state);
     let sample = [Uplink::State { tick: 0, state }];
     let identity = (0..1000).find_map(|_| {
@@ -245,7 +215,6 @@ fn a_fault_stops_the_vehicle_and_is_reported_over_the_link_after_the_restart() {
     assert_eq!(report.text, "provoked at firmware/src/board/emulator/mod.rs");
     vehicle.ask(Uplink::Command(Command::Disarm), state).unwrap();
     vehicle.ask(Uplink::Command(Command::Arm), state).unwrap();
-    vehicle.stop();
 }
 
 #[test]

@@ -1,0 +1,172 @@
+//! `pil`: flies scenarios on the vehicle and holds every tick against SIL.
+
+use std::cell::RefCell;
+use std::path::Path;
+
+use ctrl_core::controller::TrackingController;
+use ctrl_core::robust_adaptive::RobustAdaptive;
+use ctrl_core::saturated::Saturated;
+
+use super::PilError;
+use super::comparison::Difference;
+use super::cost::StepCost;
+use super::emulator::Emulator;
+use super::on_vehicle::{InFlight, OnVehicle};
+use super::recording::Recording;
+use super::replay::{Replayed, replay};
+use super::session::Session;
+use super::set_up::set_up;
+use crate::cli::PilArguments;
+use crate::closed_loop::Observer;
+use crate::progress::Progress;
+use crate::report::{self, Outcome};
+use crate::run::{self, RunError};
+use crate::scenario::{ControllerConfig, LoadedScenario, start};
+
+/// Updates of the progress display in a flight.
+const UPDATES: u64 = 100;
+
+/// What a flight on the vehicle showed besides its guarantees.
+#[derive(Clone, Copy, Debug)]
+pub struct OnBoard {
+    /// Control ticks flown.
+    pub ticks: u64,
+    /// Where the vehicle first differed from SIL.
+    pub difference: Option<Difference>,
+    /// What the control ticks cost [instructions].
+    pub cost: StepCost,
+}
+
+/// Flies every scenario on the vehicle and prints what came out; whether every guarantee held and,
+/// if compared, every bit was SIL's.
+///
+/// # Errors
+/// See [`PilError`].
+pub fn pil(arguments: &PilArguments) -> Result<bool, PilError> {
+    if let Some(file) = &arguments.replay {
+        return replay_file(file, arguments);
+    }
+    let changes = arguments.run.changes();
+    let names = arguments.run.scenarios();
+    let scenarios = names.iter().map(|name| LoadedScenario::open(name, &changes));
+    let scenarios = scenarios.collect::<Result<Vec<_>, _>>()?;
+    let emulator = emulator(arguments);
+    let (mut outcomes, mut same) = (Vec::new(), true);
+    for scenario in &scenarios {
+        let (outcome, on_board) = fly_watched(scenario, &emulator, arguments)?;
+        if !arguments.run.json {
+            print!("{}", report::table(&outcome, arguments.run.quiet));
+        }
+        same &= !arguments.compare || on_board.difference.is_none();
+        print_on_board(&on_board, arguments);
+        outcomes.push(outcome);
+    }
+    if arguments.run.json {
+        println!("{}", report::json(&outcomes));
+    }
+    Ok(same && outcomes.iter().all(Outcome::passed))
+}
+
+fn emulator(arguments: &PilArguments) -> Emulator {
+    let PilArguments { qemu, image, shift, .. } = arguments;
+    Emulator { program: qemu.clone(), image: image.clone(), shift: *shift }
+}
+
+/// Feeds a recording to host and image and prints what came out; whether all was as recorded.
+fn replay_file(file: &Path, arguments: &PilArguments) -> Result<bool, PilError> {
+    let recording = Recording::load(file)
+        .map_err(|error| PilError::Recording(file.to_owned(), error.to_string()))?;
+    let replayed = replay(&recording, &emulator(arguments))?;
+    let Replayed { host_ticks, host_difference, packets, image_difference } = replayed;
+    match host_difference {
+        Some(difference) => println!("host: not as recorded: {difference}"),
+        None => println!("host: {host_ticks} ticks of flight as recorded, every bit"),
+    }
+    match image_difference {
+        Some(packet) => println!("image: another answer in packet {packet}"),
+        None => println!("image: {packets} packets answered as recorded"),
+    }
+    Ok(replayed.same())
+}
+
+fn print_on_board(on_board: &OnBoard, arguments: &PilArguments) {
+    let OnBoard { ticks, difference, cost } = on_board;
+    match difference.filter(|_| arguments.compare) {
+        Some(difference) => eprintln!("  not as in SIL: {difference}"),
+        None if arguments.compare && !arguments.run.quiet => {
+            eprintln!("  every bit as in SIL, {ticks} ticks");
+        }
+        None => {}
+    }
+    if !arguments.run.quiet {
+        eprintln!("  control tick [instructions]: {cost}");
+    }
+}
+
+fn fly_watched(
+    loaded: &LoadedScenario,
+    emulator: &Emulator,
+    arguments: &PilArguments,
+) -> Result<(Outcome, OnBoard), PilError> {
+    let blank = || Recording::new(&loaded.scenario().name, loaded.text());
+    let recording = arguments.record.is_some().then(blank);
+    let (mut session, _) = Session::boot_recorded(emulator, &[], recording)?;
+    set_up(&mut session, loaded.scenario())?;
+    let flown = run::watched(loaded.scenario(), &arguments.run, |watch, progress| {
+        fly(loaded, &mut session, watch, Some(progress))
+    });
+    if let (Some(file), Some(recording)) = (&arguments.record, session.take_recording()) {
+        // A flight that failed is worth replaying, too.
+        recording.save(file).map_err(|error| RunError::Output(file.clone(), error.to_string()))?;
+    }
+    flown
+}
+
+/// Flies a scenario on a vehicle that is [set up](set_up) for it, to its end.
+///
+/// # Errors
+/// When the vehicle leaves flight or goes silent.
+pub fn fly<O: Observer>(
+    loaded: &LoadedScenario,
+    session: &mut Session,
+    observer: &mut O,
+    progress: Option<&Progress>,
+) -> Result<OnBoard, PilError> {
+    let refusal = |error| loaded.refusal(&error);
+    match &loaded.scenario().controller {
+        ControllerConfig::RobustAdaptive(config) => {
+            let law = RobustAdaptive::new(config).map_err(refusal)?;
+            fly_law(law, loaded, session, observer, progress)
+        }
+        ControllerConfig::Saturated(config) => {
+            let law = Saturated::new(config).map_err(refusal)?;
+            fly_law(law, loaded, session, observer, progress)
+        }
+    }
+}
+
+fn fly_law<C: TrackingController, O: Observer>(
+    law: C,
+    loaded: &LoadedScenario,
+    session: &mut Session,
+    observer: &mut O,
+    progress: Option<&Progress>,
+) -> Result<OnBoard, PilError> {
+    let in_flight = RefCell::new(InFlight::new(session));
+    let vehicle = OnVehicle { law, flight: &in_flight };
+    let scenario = loaded.scenario();
+    let mut flight = start(vehicle, scenario).map_err(|error| loaded.refusal(&error))?;
+    let ticks = scenario.ticks();
+    let chunk = ticks.div_ceil(UPDATES).max(1);
+    for tick in 0..ticks {
+        flight.advance(1, observer);
+        if let Some(failure) = in_flight.borrow_mut().failure.take() {
+            return Err(failure);
+        }
+        if let Some(progress) = progress.filter(|_| tick % chunk == 0) {
+            progress.advance(chunk);
+        }
+    }
+    let InFlight { ticks, difference, cost, .. } = *in_flight.borrow();
+    Ok(OnBoard { ticks, difference, cost })
+}

@@ -1,0 +1,72 @@
+//! The process that emulates the board: QEMU's STM32F405 with an image of the firmware.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use super::PilError;
+
+/// Name of the emulator's program.
+pub const QEMU: &str = "qemu-system-arm";
+/// Where [`BUILD_IMAGE`] leaves the image, from the root of the repository.
+pub const IMAGE: &str = "target/thumbv7em-none-eabihf/release/firmware";
+/// Builds the image.
+pub const BUILD_IMAGE: &str =
+    "cargo build --release -p firmware --target thumbv7em-none-eabihf --features emulator";
+
+/// Unless another is asked for.
+pub const SHIFT: u8 = 3;
+
+/// Which emulator runs which image.
+#[derive(Clone, Debug)]
+pub struct Emulator {
+    /// The emulator: a path, or a name that is looked up in `PATH`.
+    pub program: PathBuf,
+    /// The image (ELF).
+    pub image: PathBuf,
+    /// An instruction takes `2^shift` ns of virtual time.
+    pub shift: u8,
+}
+
+/// 8 ns an instruction, near the real processor: what the firmware counts its cost in.
+pub const NATURAL_SHIFT: u8 = 3;
+
+impl Emulator {
+    /// Counts of the image's cost counter, 8 ns each, in an instruction.
+    #[must_use]
+    pub fn cost_of_instruction(&self) -> u32 {
+        1 << self.shift.saturating_sub(NATURAL_SHIFT)
+    }
+
+    /// Starts the image; `directives` are its command line, `serial` is the character device of QEMU
+    /// behind USART2 (`null` for none). Standard error is piped.
+    ///
+    /// # Errors
+    /// When image or emulator are missing.
+    pub fn start(&self, directives: &[String], serial: &str) -> Result<Child, PilError> {
+        if !self.image.is_file() {
+            return Err(PilError::ImageMissing(self.image.clone()));
+        }
+        Command::new(&self.program)
+            .args(["-machine", "netduinoplus2", "-nodefaults", "-display", "none"])
+            .args(["-monitor", "none", "-serial", "null", "-serial", serial])
+            .args(["-icount", &format!("shift={},sleep=off", self.shift)])
+            .args(["-semihosting-config", &semihosting(&self.image, directives)])
+            .args([OsString::from("-kernel"), self.image.clone().into()])
+            .stdin(Stdio::null())
+            .stdout(Stdio::null()) // the log, encoded
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(|error| PilError::Emulator(self.program.clone(), error.to_string()))
+    }
+}
+
+/// The image's command line as an option of QEMU, which takes a doubled comma for one.
+fn semihosting(image: &Path, directives: &[String]) -> String {
+    let name = image.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut option = "enable=on,target=native".to_owned();
+    for argument in [name].iter().chain(directives) {
+        option += &format!(",arg={}", argument.replace(',', ",,"));
+    }
+    option
+}

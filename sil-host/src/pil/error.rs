@@ -1,0 +1,99 @@
+//! Why a flight with the vehicle in the loop could not be completed.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use ctrl_core::link::Rejection;
+use ctrl_core::mode::{Cause, Mode};
+
+use super::emulator::BUILD_IMAGE;
+use crate::run::RunError;
+use crate::scenario::ScenarioError;
+
+/// See the module's documentation.
+#[derive(Clone, Debug)]
+pub enum PilError {
+    /// A scenario cannot be read or flown, or results cannot be written.
+    Run(RunError),
+    /// The emulator cannot be started: its program, and why.
+    Emulator(PathBuf, String),
+    /// There is no image at the path.
+    ImageMissing(PathBuf),
+    /// The FIFOs of the link failed.
+    Fifo(PathBuf, String),
+    /// A recording cannot be read: where, and why.
+    Recording(PathBuf, String),
+    /// The vehicle said nothing for so long.
+    Silent(Duration),
+    /// The vehicle answered a message otherwise than it must: what was asked, and what came.
+    Answer(String, String),
+    /// The vehicle refused what was asked.
+    Refused(String, Rejection),
+    /// The image's control period is another than the scenario's [s].
+    StepPeriod {
+        /// Of the image.
+        image: f32,
+        /// Of the scenario.
+        scenario: f32,
+    },
+    /// The vehicle stopped flying.
+    NotFlying {
+        /// Control ticks since the start.
+        tick: u64,
+        /// Its mode.
+        mode: Mode,
+        /// Why it left flight.
+        cause: Option<Cause>,
+    },
+}
+
+impl fmt::Display for PilError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Run(error) => error.fmt(out),
+            Self::Emulator(program, error) => {
+                write!(out, "{}: {error}; --qemu PATH names the emulator", program.display())
+            }
+            Self::ImageMissing(image) => write!(
+                out,
+                "{}: no such image; build it with `{BUILD_IMAGE}` or name another with --image",
+                image.display()
+            ),
+            Self::Fifo(path, error) | Self::Recording(path, error) => {
+                write!(out, "{}: {error}", path.display())
+            }
+            Self::Silent(time) => write!(out, "the vehicle said nothing for {time:?}"),
+            Self::Answer(asked, came) => write!(out, "{asked}: the vehicle answered {came}"),
+            Self::Refused(asked, Rejection::Mode(refusal)) => {
+                write!(out, "the vehicle refused {asked}: {refusal}")
+            }
+            Self::Refused(asked, rejection) => {
+                write!(out, "the vehicle refused {asked}: {rejection:?}")
+            }
+            Self::StepPeriod { image, scenario } => write!(
+                out,
+                "the image steps every {image} s, the scenario every {scenario} s; build the image \
+                 with GYRFALCON_CONTROL_RATE={}",
+                (1.0 / scenario).round()
+            ),
+            Self::NotFlying { tick, mode, cause } => {
+                write!(out, "the vehicle is {mode:?} at tick {tick}, cause {cause:?}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for PilError {}
+
+impl From<RunError> for PilError {
+    fn from(error: RunError) -> Self {
+        Self::Run(error)
+    }
+}
+
+impl From<ScenarioError> for PilError {
+    fn from(error: ScenarioError) -> Self {
+        Self::Run(error.into())
+    }
+}

@@ -1,0 +1,21 @@
+//! Processor in the loop: the plant on the host, the controller in the firmware's image.
+//!
+//! The image runs in an [`emulator`]; [`lockstep`] carries the link's bytes, [`session`] its
+//! messages; [`set_up`] gives the vehicle a scenario, and [`on_vehicle`] stands in SIL's closed loop
+//! for the controller. [`comparison`] holds every tick against the law on the
+//! host. A [`recording`] keeps both byte streams of a flight, to [`replay`] them.
+
+pub mod command;
+pub mod comparison;
+pub mod cost;
+pub mod emulator;
+pub mod error;
+pub mod lockstep;
+pub mod on_vehicle;
+pub mod recording;
+pub mod replay;
+pub mod session;
+pub mod set_up;
+
+pub use command::pil;
+pub use error::PilError;

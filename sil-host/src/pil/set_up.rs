@@ -1,0 +1,117 @@
+//! Gives a vehicle on the ground the controller, gains and trajectory of a scenario, and arms it.
+
+use ctrl_core::link::{ControllerKind, Parameters, TrajectorySelection, Uplink};
+use ctrl_core::mode::Command;
+use ctrl_core::trajectory::{TrajectoryConfig, WaypointPathConfig};
+use ctrl_core::vehicle::VehicleState;
+
+use super::PilError;
+use super::session::Session;
+use crate::scenario::{ControllerConfig, Scenario};
+
+/// Ticks of good samples before arming, more than the vehicle asks for.
+const FRESH_TICKS: usize = 60;
+
+/// Makes the vehicle ready to fly `scenario` from its initial state: armed, at its first sample.
+///
+/// # Errors
+/// When the vehicle refuses, or steps at another rate.
+pub fn set_up(session: &mut Session, scenario: &Scenario) -> Result<VehicleState, PilError> {
+    let state = scenario.initial.state().measured();
+    let identity = session.subscribe(state)?;
+    let (image, wanted) = (identity.step_period, scenario.controller.step_period());
+    if image != wanted {
+        return Err(PilError::StepPeriod { image, scenario: wanted });
+    }
+    // A stream suits every controller, so that no trajectory stands against the gains meanwhile.
+    let stream = Uplink::SelectTrajectory(TrajectorySelection::Stream);
+    session.demand("to follow a stream", stream, state)?;
+    select_controller(session, &scenario.controller, state)?;
+    select_trajectory(session, &scenario.trajectory, state)?;
+    let sample = Uplink::State { tick: 0, state };
+    for _ in 0..FRESH_TICKS {
+        session.tick(std::slice::from_ref(&sample))?;
+    }
+    session.demand("to arm", Uplink::Command(Command::Arm), state)?;
+    Ok(state)
+}
+
+fn select_controller(
+    session: &mut Session,
+    controller: &ControllerConfig,
+    state: VehicleState,
+) -> Result<(), PilError> {
+    let kind = match controller {
+        ControllerConfig::RobustAdaptive(_) => ControllerKind::RobustAdaptive,
+        ControllerConfig::Saturated(_) => ControllerKind::Saturated,
+    };
+    session.demand("the controller", Uplink::SelectController(kind), state)?;
+    match controller {
+        ControllerConfig::RobustAdaptive(config) => write_all(session, config, state),
+        ControllerConfig::Saturated(config) => write_all(session, config, state),
+    }
+}
+
+/// Writes every parameter. Each write must leave a valid configuration, so what is refused is tried
+/// again after the others, as long as that helps.
+fn write_all<C: Parameters>(
+    session: &mut Session,
+    config: &C,
+    state: VehicleState,
+) -> Result<(), PilError> {
+    let indices = 0..C::TABLE.len() as u16;
+    let mut left: Vec<_> = indices.filter_map(|index| config.parameter_at(index)).collect();
+    loop {
+        let before = left.len();
+        let mut refused = Vec::new();
+        let mut reason = None;
+        for (name, value) in left {
+            let Ok(written) = name.try_into() else { continue }; // every name fits
+            let write = Uplink::ParameterWrite { name: written, value };
+            if let Err(rejection) = session.ask(write, state)? {
+                reason.get_or_insert((format!("{name} = {value}"), rejection));
+                refused.push((name, value));
+            }
+        }
+        match reason {
+            None => return Ok(()),
+            Some((what, why)) if refused.len() == before => {
+                return Err(PilError::Refused(what, why));
+            }
+            Some(_) => left = refused,
+        }
+    }
+}
+
+fn select_trajectory(
+    session: &mut Session,
+    trajectory: &TrajectoryConfig,
+    state: VehicleState,
+) -> Result<(), PilError> {
+    let selection = match trajectory {
+        TrajectoryConfig::Hover(config) => TrajectorySelection::Hover(*config),
+        TrajectoryConfig::RisingCircle(config) => TrajectorySelection::RisingCircle(*config),
+        TrajectoryConfig::Circle(config) => TrajectorySelection::Circle(*config),
+        TrajectoryConfig::Lemniscate(config) => TrajectorySelection::Lemniscate(*config),
+        TrajectoryConfig::WaypointPath(config) => {
+            upload(session, config, state)?;
+            TrajectorySelection::UploadedPath
+        }
+    };
+    session.demand("the trajectory", Uplink::SelectTrajectory(selection), state)
+}
+
+fn upload(
+    session: &mut Session,
+    path: &WaypointPathConfig,
+    state: VehicleState,
+) -> Result<(), PilError> {
+    let WaypointPathConfig { start_world, yaw, legs } = path;
+    let begin = Uplink::PathBegin { start_world: *start_world, yaw: *yaw, legs: legs.len() as u8 };
+    session.demand("a path", begin, state)?;
+    for (index, leg) in legs.iter().enumerate() {
+        let leg = Uplink::PathLeg { index: index as u8, leg: *leg };
+        session.demand("a leg of a path", leg, state)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,108 @@
+//! Scenarios flown with the image in the loop: every tick as in SIL, bit for bit.
+
+use sil_host::closed_loop::Observer;
+use sil_host::pil::command::{OnBoard, fly};
+use sil_host::pil::recording::{Direction, Recording};
+use sil_host::pil::replay::replay;
+use sil_host::pil::session::Session;
+use sil_host::pil::set_up::set_up;
+use sil_host::sample::Sample;
+use sil_host::scenario::LoadedScenario;
+
+use crate::PAPER;
+use crate::emulator::emulator;
+
+/// Keeps what a flight looked like, in full precision.
+#[derive(Default)]
+struct Kept(Vec<String>);
+
+impl Observer for Kept {
+    fn observe(&mut self, sample: &Sample) {
+        self.0.push(format!("{sample:?}"));
+    }
+}
+
+/// Flies the first seconds of a scenario on the vehicle; all that was seen.
+fn flown(name: &str, changes: &[&str]) -> (OnBoard, Kept, LoadedScenario) {
+    let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
+    let loaded = LoadedScenario::open(name, &changes).unwrap();
+    let (mut session, _) = Session::boot(&emulator("firmware"), &[]).unwrap();
+    set_up(&mut session, loaded.scenario()).unwrap();
+    let mut kept = Kept::default();
+    let on_board = fly(&loaded, &mut session, &mut kept, None).unwrap();
+    (on_board, kept, loaded)
+}
+
+fn assert_flies_as_in_sil(name: &str, changes: &[&str]) {
+    let (on_board, vehicle, loaded) = flown(name, changes);
+    assert_eq!(on_board.difference, None, "{name}");
+    let ticks = loaded.scenario().ticks();
+    assert_eq!(on_board.ticks, ticks);
+    let mut sil = Kept::default();
+    loaded.flight().unwrap().advance(ticks, &mut sil);
+    for (vehicle, sil) in vehicle.0.iter().zip(&sil.0) {
+        assert_eq!(vehicle, sil, "{name}");
+    }
+    assert_eq!(vehicle.0.len(), sil.0.len());
+}
+
+#[test]
+fn each_paper_scenario_flies_on_the_image_as_in_sil_to_the_bit() {
+    for name in PAPER {
+        assert_flies_as_in_sil(name, &["duration=10"]);
+    }
+}
+
+#[test]
+fn gains_seed_and_trajectory_of_other_scenarios_reach_the_vehicle() {
+    assert_flies_as_in_sil("lemniscate", &["duration=1"]);
+    assert_flies_as_in_sil("waypoints", &["duration=1", "seed=7"]);
+    assert_flies_as_in_sil("paper-saturated", &["duration=1", "controller.saturated.k4=3"]);
+}
+
+#[test]
+fn a_difference_names_the_first_tick_and_number() {
+    let changes = ["duration=0.1".to_owned()];
+    let loaded = LoadedScenario::open("paper-saturated", &changes).unwrap();
+    let other = "controller.saturated.k4=3".to_owned();
+    let set = [changes[0].clone(), other];
+    let tuned = LoadedScenario::open("paper-saturated", &set).unwrap();
+    let (mut session, _) = Session::boot(&emulator("firmware"), &[]).unwrap();
+    set_up(&mut session, tuned.scenario()).unwrap();
+    let on_board = fly(&loaded, &mut session, &mut Kept::default(), None).unwrap();
+    let difference = on_board.difference.expect("another gain");
+    assert!(difference.tick < 10, "{difference}");
+    assert_ne!(difference.vehicle, difference.host);
+}
+
+#[test]
+fn the_cost_of_a_tick_is_counted_in_instructions() {
+    let (on_board, ..) = flown("paper-robust-adaptive", &["duration=0.2"]);
+    let (maximum, tick, _) = on_board.cost.maximum().unwrap();
+    assert!(on_board.cost.minimum() > 1000, "{}", on_board.cost);
+    assert!(maximum < 10_000 && tick < 200, "{}", on_board.cost);
+    assert!(
+        (f64::from(on_board.cost.minimum())..=f64::from(maximum)).contains(&on_board.cost.mean())
+    );
+}
+
+#[test]
+fn a_recorded_flight_is_flown_again_by_host_and_image() {
+    let changes = ["duration=0.5".to_owned()];
+    let loaded = LoadedScenario::open("paper-robust-adaptive", &changes).unwrap();
+    let blank = Recording::new("paper-robust-adaptive", loaded.text());
+    let emulator = emulator("firmware");
+    let (mut session, _) = Session::boot_recorded(&emulator, &[], Some(blank)).unwrap();
+    set_up(&mut session, loaded.scenario()).unwrap();
+    fly(&loaded, &mut session, &mut Kept::default(), None).unwrap();
+    let mut recording = session.take_recording().unwrap();
+    let replayed = replay(&recording, &emulator).unwrap();
+    assert!(replayed.same() && replayed.packets > 500, "{replayed:?}");
+    assert_eq!(replayed.host_ticks, 500);
+    // A sample that was not flown with is noticed by both.
+    let sample = recording.packets.iter().rposition(|(to, _)| *to == Direction::ToVehicle).unwrap();
+    recording.packets[sample].1.clear();
+    let replayed = replay(&recording, &emulator).unwrap();
+    assert!(replayed.host_difference.is_some_and(|difference| difference.tick == 499));
+    assert!(replayed.image_difference.is_some(), "{replayed:?}");
+}
