@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::{ArgAction, Args, Parser, Subcommand};
 
 use crate::pil::emulator::{IMAGE, QEMU, SHIFT};
+use crate::pil::fault::Fault;
 
 /// Flies the controllers of ctrl-core against a simulated vehicle and checks their guarantees.
 ///
@@ -109,4 +110,11 @@ pub struct PilArguments {
     /// Fly nothing; feed a recording to the law on the host and to the image instead.
     #[arg(long, value_name = "FILE", conflicts_with = "record")]
     pub replay: Option<PathBuf>,
+    /// Damage frames to the vehicle in flight, with any of these faults; the seed is the scenario's.
+    /// Missed samples are flown with late ones, so the bits are then not SIL's.
+    #[arg(long, value_name = "KIND", value_delimiter = ',')]
+    pub fault: Vec<Fault>,
+    /// Share of frames that `--fault` damages.
+    #[arg(long, default_value_t = 0.05, value_name = "SHARE")]
+    pub fault_rate: f64,
 }

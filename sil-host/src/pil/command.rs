@@ -11,6 +11,7 @@ use super::PilError;
 use super::comparison::Difference;
 use super::cost::StepCost;
 use super::emulator::Emulator;
+use super::fault::LinkFaults;
 use super::on_vehicle::{InFlight, OnVehicle};
 use super::recording::Recording;
 use super::replay::{Replayed, replay};
@@ -112,6 +113,10 @@ fn fly_watched(
     let recording = arguments.record.is_some().then(blank);
     let (mut session, _) = Session::boot_recorded(emulator, &[], recording)?;
     set_up(&mut session, loaded.scenario())?;
+    if !arguments.fault.is_empty() {
+        let seed = loaded.scenario().seed;
+        session.inject(Some(LinkFaults::new(seed, &arguments.fault, arguments.fault_rate)));
+    }
     let flown = run::watched(loaded.scenario(), &arguments.run, |watch, progress| {
         fly(loaded, &mut session, watch, Some(progress))
     });

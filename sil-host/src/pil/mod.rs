@@ -10,6 +10,7 @@ pub mod comparison;
 pub mod cost;
 pub mod emulator;
 pub mod error;
+pub mod fault;
 pub mod lockstep;
 pub mod on_vehicle;
 pub mod recording;

@@ -8,6 +8,7 @@ use ctrl_core::vehicle::VehicleState;
 
 use super::PilError;
 use super::emulator::Emulator;
+use super::fault::LinkFaults;
 use super::lockstep::{Lockstep, PATIENCE};
 use super::recording::{Direction, Recording};
 
@@ -24,6 +25,7 @@ pub struct Session {
     decoder: Decoder<Downlink>,
     cost_of_instruction: u32,
     recording: Option<Recording>,
+    faults: Option<LinkFaults>,
 }
 
 impl Session {
@@ -50,7 +52,8 @@ impl Session {
         let line = Lockstep::start(emulator, directives)?;
         let cost_of_instruction = emulator.cost_of_instruction();
         let (encoder, decoder) = (Encoder::default(), Decoder::default());
-        let mut session = Self { line, encoder, decoder, cost_of_instruction, recording };
+        let mut session =
+            Self { line, encoder, decoder, cost_of_instruction, recording, faults: None };
         let greeting = session.listen()?;
         Ok((session, greeting))
     }
@@ -61,8 +64,17 @@ impl Session {
     /// # Errors
     /// When the vehicle is gone or silent.
     pub fn say(&mut self, messages: &[Uplink]) -> Result<Vec<Downlink>, PilError> {
-        let bytes = self.frames(messages).concat();
+        let frames = self.frames(messages);
+        let bytes = match &mut self.faults {
+            Some(faults) => faults.pass(frames),
+            None => frames.concat(),
+        };
         self.say_bytes(&bytes)
+    }
+
+    /// Damages what is said from now on; `None` ends it. Returns what did so until now.
+    pub fn inject(&mut self, faults: Option<LinkFaults>) -> Option<LinkFaults> {
+        std::mem::replace(&mut self.faults, faults)
     }
 
     /// The frames that carry messages, with the next numbers.

@@ -6,6 +6,7 @@
 mod closed_loop;
 mod emulator;
 mod in_the_loop;
+mod line_faults;
 mod link;
 mod replay;
 mod whole_image;

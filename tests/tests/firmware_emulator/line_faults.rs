@@ -1,0 +1,142 @@
+//! A bad line and a lost host: nothing stops the image; the failsafe comes on time and can be left.
+
+use ctrl_core::link::{Downlink, LinkStatistics, Rejection, Telemetry, Uplink};
+use ctrl_core::mode::{Cause, Command, FailsafePolicy, Mode, Refusal};
+use ctrl_core::vehicle::VehicleState;
+use firmware::vehicle::vehicle_config;
+use glam::Vec3;
+use sil_host::closed_loop::Unobserved;
+use sil_host::pil::command::fly;
+use sil_host::pil::fault::{Fault, LinkFaults};
+use sil_host::pil::session::{Session, one_telemetry};
+use sil_host::pil::set_up::set_up;
+use sil_host::scenario::LoadedScenario;
+
+use crate::emulator::emulator;
+
+/// A vehicle armed to fly the beginning of a paper scenario.
+fn armed(duration: f64, directives: &[&str]) -> (Session, LoadedScenario, VehicleState) {
+    let changes = [format!("duration={duration}")];
+    let loaded = LoadedScenario::open("paper-saturated", &changes).unwrap();
+    let directives: Vec<_> = directives.iter().map(ToString::to_string).collect();
+    let (mut session, _) = Session::boot(&emulator("firmware"), &directives).unwrap();
+    let state = set_up(&mut session, loaded.scenario()).unwrap();
+    (session, loaded, state)
+}
+
+/// Flies half a second with a fifth of all frames damaged by `kinds`, in closed loop and without
+/// leaving flight; how many were damaged, and what the vehicle's decoder had counted in the end.
+fn flown_through(kinds: &[Fault], seed: u64) -> (u32, LinkStatistics) {
+    let (mut session, loaded, state) = armed(0.5, &[]);
+    session.inject(Some(LinkFaults::new(seed, kinds, 0.2)));
+    let on_board = fly(&loaded, &mut session, &mut Unobserved, None).unwrap();
+    assert_eq!(on_board.ticks, 500);
+    let injected = session.inject(None).unwrap().injected();
+    assert!((50..150).contains(&injected), "{kinds:?}: {injected}");
+    // Sent every tenth of a second: the second one counts all of the flight.
+    session.health(state).unwrap();
+    let health = session.health(state).unwrap();
+    assert_eq!(health.groups[0].overruns, 0, "{kinds:?}");
+    (injected, health.link)
+}
+
+#[test]
+fn every_fault_of_the_line_is_counted_dropped_and_flown_through() {
+    for (seed, kind) in Fault::ALL.into_iter().enumerate() {
+        let (injected, link) = flown_through(&[kind], seed as u64);
+        let LinkStatistics { damaged, foreign, malformed, late, lost, .. } = link;
+        let what = format!("{kind:?}, {injected} injected: {link:?}");
+        assert_eq!((foreign, malformed), (0, 0), "{what}");
+        match kind {
+            Fault::Lost => assert_eq!((damaged, late, lost), (0, 0, injected), "{what}"),
+            Fault::Duplicated => assert_eq!((damaged, late, lost), (0, injected, 0), "{what}"),
+            Fault::Reordered | Fault::Delayed => {
+                assert!(damaged == 0 && late > injected / 2 && lost > 0, "{what}");
+            }
+            Fault::Truncated | Fault::Flipped | Fault::Garbage => {
+                assert!(damaged >= injected / 2 && late == 0, "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn all_faults_at_once_are_flown_through() {
+    for seed in 10..13 {
+        let (_, link) = flown_through(&Fault::ALL, seed);
+        assert!(link.damaged > 0 && link.late > 0 && link.lost > 0, "{link:?}");
+    }
+}
+
+/// Takes off, then `line` gives the bytes of each tick until the failsafe; how many ticks it took,
+/// and the telemetry of the last of them.
+fn until_failsafe(session: &mut Session, state: VehicleState, line: &[u8]) -> (u32, Telemetry) {
+    let start = [Uplink::State { tick: 0, state }, Uplink::Command(Command::Start)];
+    assert_eq!(session.tick(&start).unwrap().mode, Mode::Flying);
+    for tick in 1..100 {
+        let telemetry = one_telemetry(&session.say_bytes(line).unwrap()).unwrap();
+        if telemetry.mode != Mode::Flying {
+            return (tick, telemetry);
+        }
+    }
+    panic!("no failsafe");
+}
+
+#[test]
+fn when_the_host_is_gone_the_failsafe_comes_on_time_and_a_returning_host_recovers() {
+    let config = vehicle_config().unwrap();
+    let FailsafePolicy::Descend { thrust, .. } = config.supervisor.failsafe else {
+        panic!("vehicle.toml descends");
+    };
+    // The last sample stands for some ticks more; in the period of the last miss the output changes.
+    let due = config.link.sample_valid - 1 + u32::from(config.supervisor.missed_samples_max);
+    let garbage: Vec<u8> = (0..250_u32).map(|byte| (byte * 37 % 251) as u8).collect();
+    for line in [&[][..], &garbage] {
+        let (mut session, _, state) = armed(0.5, &[]);
+        let (ticks, telemetry) = until_failsafe(&mut session, state, line);
+        assert_eq!(ticks, due);
+        assert_eq!((telemetry.mode, telemetry.cause), (Mode::Failsafe, Some(Cause::SamplesMissed)));
+        let wrench = telemetry.wrench;
+        assert_eq!((wrench.thrust, wrench.torque_body), (thrust, Vec3::ZERO));
+        recover(&mut session, state, config.supervisor.fresh_samples);
+    }
+}
+
+/// The host is back: refused at first, flying once the state is fresh.
+fn recover(session: &mut Session, state: VehicleState, fresh_samples: u16) {
+    session.say_bytes(&[0]).unwrap(); // ends what was left of the garbage
+    let refused = session.ask(Uplink::Command(Command::Start), state).unwrap();
+    assert_eq!(refused, Err(Rejection::Mode(Refusal::StateStale)));
+    let sample = [Uplink::State { tick: 0, state }];
+    for _ in 0..fresh_samples {
+        assert_eq!(session.tick(&sample).unwrap().mode, Mode::Failsafe);
+    }
+    session.demand("to fly on", Uplink::Command(Command::Start), state).unwrap();
+    let telemetry = session.tick(&sample).unwrap();
+    assert_eq!(telemetry.mode, Mode::Flying);
+    assert!(telemetry.wrench.thrust > 1.0);
+}
+
+#[test]
+fn firmware_that_restarts_in_flight_says_so_and_flies_again_as_in_sil() {
+    let (mut session, loaded, state) = armed(0.2, &["provoke=panic"]);
+    let start = [Uplink::State { tick: 0, state }, Uplink::Command(Command::Start)];
+    session.tick(&start).unwrap();
+    let sample = Uplink::State { tick: 0, state };
+    let greeting = (0..1000).find_map(|_| {
+        let heard = session.say(std::slice::from_ref(&sample)).unwrap();
+        heard.into_iter().find_map(|message| match message {
+            Downlink::Identity(identity) => Some(identity),
+            _ => None,
+        })
+    });
+    assert!(greeting.expect("a second greeting").fault_pending);
+    session.subscribe(state).unwrap();
+    let telemetry = session.tick(std::slice::from_ref(&sample)).unwrap();
+    assert_eq!((telemetry.mode, telemetry.cause), (Mode::Locked, Some(Cause::Fault)));
+    session.demand("to forget the fault", Uplink::FaultAcknowledge, state).unwrap();
+    session.demand("to disarm", Uplink::Command(Command::Disarm), state).unwrap();
+    set_up(&mut session, loaded.scenario()).unwrap();
+    let on_board = fly(&loaded, &mut session, &mut Unobserved, None).unwrap();
+    assert_eq!((on_board.ticks, on_board.difference), (200, None));
+}
