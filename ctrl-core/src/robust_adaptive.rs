@@ -11,7 +11,7 @@
 use glam::{Quat, Vec3};
 
 use crate::adaptation::Estimate;
-use crate::cascade::{Cascade, CascadeState, Evaluation};
+use crate::cascade::{Cascade, CascadeState, Evaluation, in_range};
 use crate::config::{Checkpoint, RobustAdaptiveConfig};
 use crate::controller::{
     Auxiliary, Estimates, Intermediates, StepOutput, StepStatus, TrackingController,
@@ -149,10 +149,10 @@ impl TrackingController for RobustAdaptive {
         };
         let clipped;
         let reference = if input.status.contains(StepStatus::REFERENCE_CLIPPED) {
-            let Some(within) = self.cascade.clipped(reference) else {
+            if !in_range(reference) {
                 return self.cascade.hold(&mut state.cascade, vehicle, reference);
-            };
-            clipped = within;
+            }
+            clipped = self.cascade.clipped(reference);
             &clipped
         } else {
             reference

@@ -19,7 +19,7 @@
 use glam::{Quat, Vec3};
 
 use crate::adaptation::Estimate;
-use crate::cascade::{Cascade, CascadeState, Evaluation};
+use crate::cascade::{Cascade, CascadeState, Evaluation, in_range};
 use crate::config::{Checkpoint, SaturatedConfig};
 use crate::controller::{
     Auxiliary, Estimates, Intermediates, StepOutput, StepStatus, TrackingController,
@@ -290,10 +290,10 @@ impl TrackingController for Saturated {
         };
         let clipped;
         let reference = if input.status.contains(StepStatus::REFERENCE_CLIPPED) {
-            let Some(within) = self.cascade.clipped(reference) else {
+            if !in_range(reference) {
                 return self.cascade.hold(&mut state.cascade, vehicle, reference);
-            };
-            clipped = within;
+            }
+            clipped = self.cascade.clipped(reference);
             &clipped
         } else {
             reference

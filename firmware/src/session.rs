@@ -183,7 +183,6 @@ impl Session {
         }
     }
 
-    #[inline(never)]
     fn select_trajectory(&mut self, selection: TrajectorySelection) -> Result<(), Rejection> {
         use TrajectorySelection as S;
         let config = match selection {
@@ -197,10 +196,17 @@ impl Session {
             S::Circle(config) => TrajectoryConfig::Circle(config),
             S::Lemniscate(config) => TrajectoryConfig::Lemniscate(config),
         };
+        self.select_shape(&config)
+    }
+
+    /// Selects a trajectory of a few numbers. It and [`select_path`](Self::select_path) stand
+    /// apart because each takes kilobytes of stack.
+    #[inline(never)]
+    fn select_shape(&mut self, config: &TrajectoryConfig) -> Result<(), Rejection> {
         self.follow(config.build(self.law.step_period())?)
     }
 
-    /// Selects the uploaded path; apart, for a path takes kilobytes of stack.
+    /// Selects the uploaded path.
     #[inline(never)]
     fn select_path(&mut self) -> Result<(), Rejection> {
         let path = self.upload.finish(self.law.step_period())?;

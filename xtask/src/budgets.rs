@@ -79,6 +79,9 @@ fn firmware_rows() -> Result<[Row; 3]> {
     let image = Image::read(&path)?;
     println!("\nfirmware-board: worst-case stack, each handler on top of the ones before");
     let stack = image_stack::worst_case(&path)?;
+    let painted = firmware::painted_stack()?;
+    println!("  {stack:>6} B in all; {painted} B seen in painted memory of the emulated image");
+    ensure!(painted <= stack, "painted memory shows more stack than the call graph");
     let used = stack + image.static_ram;
     ensure!(used <= RAM, "stack and static RAM take {used} B of {RAM} B");
     Ok([("flash", image.flash), ("static_ram", image.static_ram), ("stack", stack)].map(

@@ -23,6 +23,8 @@ pub const ALL: &[Check] = &[
     check("clippy, target", lint_target),
     check("documentation", documentation),
     check("tests", tests),
+    check("the paper's flights", paper_flights),
+    check("host instructions", host_instructions),
     check("core for the target", core_for_target),
     check("firmware images", firmware::build),
     check("machine code of the steps", machine_code::check_all),
@@ -127,4 +129,16 @@ fn tests() -> Result<()> {
 
 fn core_for_target() -> Result<()> {
     run(&mut cargo(["build", "--release", "-p", "ctrl-core", "--target", TARGET]))
+}
+
+/// The main job, as the README shows it: every guarantee of both flights must hold.
+fn paper_flights() -> Result<()> {
+    let job =
+        ["run", "--release", "-p", "sil-host", "--", "run", "--quiet", "--out", "target/flights"];
+    run(&mut cargo(job))
+}
+
+/// Instructions a step and a control tick on the host, against `sil-host/benches/instructions.toml`.
+fn host_instructions() -> Result<()> {
+    run(&mut cargo(["bench", "-p", "sil-host", "--bench", "instructions"]))
 }

@@ -56,16 +56,13 @@ impl Cascade {
     }
 
     /// The reference with its acceleration clipped to `M_p`, so that (19) and (20) hold whatever
-    /// the reference; its derivatives stay. `None` if it is out of range altogether.
+    /// the reference; its derivatives stay.
     #[cold]
     #[inline(never)]
-    pub fn clipped(&self, reference: &Reference) -> Option<Reference> {
+    pub fn clipped(&self, reference: &Reference) -> Reference {
         let limit = self.reference_acceleration_max;
-        let in_range = square_sum(reference) < SQUARE_MAX;
-        in_range.then(|| Reference {
-            acceleration_world: clip(reference.acceleration_world, limit),
-            ..*reference
-        })
+        let acceleration_world = clip(reference.acceleration_world, limit);
+        Reference { acceleration_world, ..*reference }
     }
 
     /// A step without usable input or result: the last wrench again, and no estimate moves.
@@ -83,7 +80,7 @@ impl Cascade {
             + vehicle.velocity_world.length_squared()
             + vehicle.rate_body.length_squared();
         let state_in_range = square < SQUARE_MAX && renormalised(vehicle.attitude).is_some();
-        let reference_in_range = square_sum(reference) < SQUARE_MAX;
+        let reference_in_range = in_range(reference);
         status.set(StepStatus::STATE_INVALID, !state_in_range);
         status.set(StepStatus::REFERENCE_INVALID, !reference_in_range);
         status.set(StepStatus::RESULT_INVALID, state_in_range && reference_in_range);
@@ -104,6 +101,14 @@ impl Evaluation {
         let sum = self.force.thrust + self.force.inverse_mass_rate + step_4;
         square + 0.0 * sum < SQUARE_MAX // 0 times an infinity is NaN
     }
+}
+
+/// Whether the reference is finite and in range. Looked at only when its acceleration exceeds `M_p`
+/// or the step gave no usable result.
+#[cold]
+#[inline(never)]
+pub(crate) fn in_range(reference: &Reference) -> bool {
+    square_sum(reference) < SQUARE_MAX
 }
 
 /// Sum of the squares of all components.

@@ -8,7 +8,7 @@ mod validation;
 
 use glam::{Quat, Vec3};
 
-pub(crate) use admission::Admitted;
+pub(crate) use admission::{Admitted, in_range};
 use attitude::{DesiredAttitude, desired_attitude};
 use force::{ForceCommand, force_command};
 use rate::{AuxiliaryTerms, VirtualRate, virtual_rate};
