@@ -15,7 +15,7 @@ use ctrl_core::saturated::Saturated;
 use firmware::scenario::flown;
 use serde_json::{Value, json};
 
-use emulator::{finish, start, text};
+use emulator::{finish, text};
 
 /// Runs the script against a fresh vehicle and returns what it heard.
 fn converse() -> Value {
@@ -27,7 +27,8 @@ fn converse() -> Value {
         let _ = std::fs::remove_file(&fifo);
         assert!(Command::new("mkfifo").arg(&fifo).status().expect("mkfifo").success());
     }
-    let mut vehicle = start("firmware", &[format!("link={}", path.display())]);
+    let directives = [format!("link={}", path.display())];
+    let mut vehicle = emulator::emulator("firmware").start(&directives, "null").unwrap();
     let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut client = Command::new("python3");
     client.arg(tests.join("tests/python/client.py")).arg(tests.join("../docs/protocol.md"));

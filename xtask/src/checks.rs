@@ -28,6 +28,7 @@ pub const ALL: &[Check] = &[
     check("core for the target", core_for_target),
     check("firmware images", firmware::build),
     check("fuzz targets", fuzz::check),
+    check("the paper's flights, image", flights_on_image),
     check("machine code of the steps", machine_code::check_all),
     check("budgets", budgets::check),
 ];
@@ -137,6 +138,12 @@ fn paper_flights() -> Result<()> {
     let job =
         ["run", "--release", "-p", "sil-host", "--", "run", "--quiet", "--out", "target/flights"];
     run(&mut cargo(job))
+}
+
+/// The same flights with the firmware's image in the controller's place: every bit as in SIL.
+fn flights_on_image() -> Result<()> {
+    let job = ["run", "--release", "-p", "sil-host", "--", "pil", "--quiet", "--out", "target/pil"];
+    run(cargo(job).arg("--image").arg(firmware::image("emulator")))
 }
 
 /// Instructions a step and a control tick on the host, against `sil-host/benches/instructions.toml`.
