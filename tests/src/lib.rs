@@ -5,6 +5,7 @@
 pub mod accuracy;
 pub mod flight;
 pub mod golden;
+pub mod grid;
 pub mod paper_example;
 pub mod random;
 pub mod single_precision;

@@ -1,0 +1,95 @@
+//! What must hold at every tick: finite numbers, thrust, torque, estimates, no fault.
+
+use ctrl_core::controller::{Estimates, StepStatus};
+use ctrl_core::vehicle::{Interval, Wrench};
+use sil_host::plant::PlantState;
+use sil_host::sample::Sample;
+use sil_host::scenario::ControllerConfig;
+
+/// Relative difference that rounding to `f32`, and taking a reciprocal, may make.
+const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
+
+/// The bounds of one controller's configuration, in `f64` from the inequalities themselves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    thrust: (f64, f64),
+    torque: f64,
+    mass: Interval,
+    inertia: Interval,
+    saturated: bool,
+}
+
+/// A bound that did not hold at a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Breach {
+    /// Which.
+    pub what: &'static str,
+    /// When [s].
+    pub time: f64,
+}
+
+impl Limits {
+    pub(super) fn new(law: &ControllerConfig) -> Self {
+        let upper = law.thrust_upper_bound() * (1.0 + ROUNDING);
+        let lower = law.thrust_lower_bound() * (1.0 - ROUNDING);
+        let known = law.uncertainty();
+        Self {
+            // (19); the lesser of (20) and M_f (7)
+            thrust: (lower, law.thrust_max().map_or(upper, |limit| limit.min(upper))),
+            torque: law.torque_max().unwrap_or(f64::MAX), // (8)
+            mass: known.mass,
+            inertia: known.inertia,
+            saturated: matches!(law, ControllerConfig::Saturated(_)),
+        }
+    }
+
+    /// The first bound that `sample` does not keep.
+    pub(super) fn breach(&self, sample: &Sample) -> Option<Breach> {
+        let Sample { truth, output, estimates, .. } = sample;
+        let checks = [
+            ("finite truth", finite(truth)),
+            ("thrust", self.holds_thrust(&output.wrench)),
+            ("torque", self.holds_torque(&output.wrench)),
+            ("mass estimate", inside(1.0 / f64::from(estimates.inverse_mass), self.mass)),
+            ("inertia estimate", self.holds_inertia(estimates)),
+            ("no fault", !output.status.intersects(StepStatus::FAULT)),
+        ];
+        let (what, _) = checks.into_iter().find(|&(_, holds)| !holds)?;
+        Some(Breach { what, time: sample.time })
+    }
+
+    fn holds_thrust(&self, wrench: &Wrench) -> bool {
+        let thrust = f64::from(wrench.thrust);
+        thrust > 0.0 && self.thrust.0 <= thrust && thrust <= self.thrust.1
+    }
+
+    fn holds_torque(&self, wrench: &Wrench) -> bool {
+        let holds = |component: f32| f64::from(component.abs()) <= self.torque;
+        wrench.torque_body.to_array().into_iter().all(holds)
+    }
+
+    /// `a_hat` (35), or `theta_hat` (51) and `Pi_hat` (52).
+    fn holds_inertia(&self, estimates: &Estimates) -> bool {
+        if !self.saturated {
+            let components = estimates.inertia.to_array();
+            return components.into_iter().all(|j| inside(j.into(), self.inertia));
+        }
+        let inverse = estimates.inverse_inertia.to_array();
+        let ratio = estimates.gyroscopic_ratio.to_array();
+        inverse.into_iter().all(|theta| inside(1.0 / f64::from(theta), self.inertia))
+            && ratio.into_iter().all(|pi| pi.abs() <= 1.0)
+    }
+}
+
+/// Whether `x` is in `set`, up to rounding; NaN is not.
+fn inside(x: f64, set: Interval) -> bool {
+    f64::from(set.lower) * (1.0 - ROUNDING) <= x && x <= f64::from(set.upper) * (1.0 + ROUNDING)
+}
+
+fn finite(truth: &PlantState) -> bool {
+    let PlantState { position_world, velocity_world, attitude, rate_body } = truth;
+    position_world.is_finite()
+        && velocity_world.is_finite()
+        && attitude.is_finite()
+        && rate_body.is_finite()
+}
