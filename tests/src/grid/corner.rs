@@ -20,11 +20,12 @@ pub fn corners(name: &str, tilt_deg: f64) -> Vec<Case> {
         .map(|(index, vehicle)| {
             let mut case = base.clone().stepped(STEP_PERIODS[index % STEP_PERIODS.len()]);
             let kind = Kind::ALL[(index + 1) % Kind::ALL.len()];
-            let signs = core::array::from_fn(|i| if index >> (i % 4) & 1 == 1 { -1.0 } else { 1.0 });
+            let signs =
+                core::array::from_fn(|i| if index >> (i % 4) & 1 == 1 { -1.0 } else { 1.0 });
             case = case.disturbed(kind, signs, index as f64 / 14.0);
             case.scenario.vehicle = vehicle;
             case.scenario.initial.tilt_deg = tilt_deg;
-            case.scenario.initial.tilt_direction_deg = 137.5 * index as f64;
+            case.scenario.initial.tilt_direction_deg = (137.5 * index as f64) % 360.0;
             case
         })
         .collect()

@@ -27,13 +27,11 @@ impl Kind {
 }
 
 impl Case {
-    /// The same flight under `kind`, at `D1` on every axis and at `D2` on every axis but for what
-    /// [`torque_fraction`](Self::with_torque_fraction) takes off. `signs` choose the direction of
+    /// The same flight under `kind`, at `D1` and `D2` on every axis. `signs` choose the direction of
     /// each component, `fraction` in 0 to 1 the time scale: 0.02 to 5 Hz, logarithmically.
     #[must_use]
     pub fn disturbed(mut self, kind: Kind, signs: [f64; 6], fraction: f64) -> Self {
         let known = self.scenario.controller.uncertainty();
-        // The largest f64 that is no more than the f32 bound, which rounding up would break.
         let d1 = f64::from(known.disturbance_acceleration);
         let d2 = f64::from(known.disturbance_torque);
         let acceleration = d1 * DVec3::new(signs[0], signs[1], signs[2]);

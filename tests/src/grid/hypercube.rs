@@ -79,3 +79,21 @@ fn inside_ball(x: &[f64]) -> DVec3 {
     let radius = (1.0 - height * height).sqrt();
     x[2] * DVec3::new(radius * azimuth.cos(), radius * azimuth.sin(), height)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_stratum_of_every_dimension_holds_one_point() {
+        let points = latin_hypercube(20, 7);
+        for dimension in 0..DIMENSIONS {
+            let mut strata: Vec<_> =
+                points.iter().map(|point| (point[dimension] * 20.0) as usize).collect();
+            strata.sort_unstable();
+            assert!(strata.into_iter().eq(0..20), "dimension {dimension}");
+        }
+        assert_eq!(points, latin_hypercube(20, 7));
+        assert_ne!(points, latin_hypercube(20, 8));
+    }
+}

@@ -8,13 +8,6 @@ pub(super) fn between(lower: f64, upper: f64, fraction: f64) -> f64 {
     lower + fraction * (upper - lower)
 }
 
-/// Whether a rigid body can have these principal moments: none exceeds the sum of the others.
-#[must_use]
-pub fn is_rigid_body(j: DVec3) -> bool {
-    let twice_largest = 2.0 * j.max_element();
-    j.min_element() > 0.0 && twice_largest <= j.element_sum() * (1.0 + 1e-12)
-}
-
 /// Principal moments in the interval: two anywhere, the third where a rigid body allows it.
 #[must_use]
 pub fn rigid_body(interval: Interval, [x, y, z]: [f64; 3]) -> DVec3 {
@@ -39,4 +32,40 @@ pub fn ends(interval: Interval) -> [DVec3; 7] {
         DVec3::new(upper, lower, upper),
         DVec3::new(lower, middle.max(lower), upper),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const INTERVAL: Interval = Interval { lower: 0.03, upper: 0.12 };
+
+    /// No moment exceeds the sum of the others, and each is in the interval.
+    fn assert_possible(j: DVec3) {
+        assert!(2.0 * j.max_element() <= j.element_sum() + 1e-12, "{j}");
+        assert!(j.min_element() >= f64::from(INTERVAL.lower), "{j}");
+        assert!(j.max_element() <= f64::from(INTERVAL.upper), "{j}");
+    }
+
+    #[test]
+    fn every_point_and_every_end_is_a_rigid_body() {
+        ends(INTERVAL).into_iter().for_each(assert_possible);
+        let steps = || (0..=10).map(|i| f64::from(i) / 10.0);
+        for x in steps() {
+            for y in steps() {
+                for z in steps() {
+                    assert_possible(rigid_body(INTERVAL, [x, y, z]));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_ends_reach_both_ends_and_the_triangle_inequality() {
+        let ends = ends(INTERVAL);
+        let flat = |j: &DVec3| (2.0 * j.max_element() - j.element_sum()).abs() < 1e-12;
+        assert!(ends.iter().any(flat));
+        assert!(ends.iter().any(|j| j.max_element() == f64::from(INTERVAL.lower)));
+        assert!(ends.iter().any(|j| j.min_element() == f64::from(INTERVAL.upper)));
+    }
 }

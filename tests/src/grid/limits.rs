@@ -93,3 +93,56 @@ fn finite(truth: &PlantState) -> bool {
         && attitude.is_finite()
         && rate_body.is_finite()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Case;
+    use sil_host::closed_loop::Observer;
+    use sil_host::scenario::AnyFlight;
+
+    struct Last(Option<Sample>);
+
+    impl Observer for Last {
+        fn observe(&mut self, sample: &Sample) {
+            self.0 = Some(*sample);
+        }
+    }
+
+    /// What is wrong with the first tick of a built-in scenario once it is tampered with.
+    fn found(name: &str, tamper: impl FnOnce(&mut Sample)) -> Option<&'static str> {
+        let scenario = Case::built_in(name).scenario;
+        let mut last = Last(None);
+        AnyFlight::new(&scenario).unwrap().advance(1, &mut last);
+        let mut sample = last.0.unwrap();
+        tamper(&mut sample);
+        Limits::new(&scenario.controller).breach(&sample).map(|breach| breach.what)
+    }
+
+    #[test]
+    fn each_broken_bound_is_found() {
+        for name in ["paper-robust-adaptive", "paper-saturated"] {
+            assert_eq!(found(name, |_| {}), None);
+            let nan = found(name, |sample| sample.truth.rate_body.y = f64::NAN);
+            assert_eq!(nan, Some("finite truth"));
+            for thrust in [0.0, -1.0, 60.0, f32::NAN] {
+                let seen = found(name, |sample| sample.output.wrench.thrust = thrust);
+                assert_eq!(seen, Some("thrust"), "{thrust}");
+            }
+            for inverse_mass in [0.99, 1.43, f32::NAN] {
+                let seen = found(name, |sample| sample.estimates.inverse_mass = inverse_mass);
+                assert_eq!(seen, Some("mass estimate"), "{inverse_mass}");
+            }
+            let fault = found(name, |sample| sample.output.status |= StepStatus::OUTPUT_HELD);
+            assert_eq!(fault, Some("no fault"));
+        }
+        let first = found("paper-robust-adaptive", |sample| sample.estimates.inertia.z = 0.121);
+        assert_eq!(first, Some("inertia estimate"));
+        let second = |tamper: fn(&mut Sample)| found("paper-saturated", tamper);
+        let estimate = Some("inertia estimate");
+        assert_eq!(second(|sample| sample.estimates.inverse_inertia.x = 34.0), estimate);
+        assert_eq!(second(|sample| sample.estimates.gyroscopic_ratio.y = -1.01), estimate);
+        assert_eq!(second(|sample| sample.output.wrench.torque_body.z = -0.0501), Some("torque"));
+        assert_eq!(second(|sample| sample.output.wrench.torque_body.x = f32::NAN), Some("torque"));
+    }
+}

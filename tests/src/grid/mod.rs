@@ -15,9 +15,9 @@ pub use bounds::documented;
 pub use corner::corners;
 pub use disturbance::Kind;
 pub use flight::{Errors, LAST_LEG, Outcome, fly_all};
+pub use hypercube::{Ranges, sample};
 pub use limits::Breach;
 pub use report::check;
-pub use hypercube::{Ranges, sample};
 
 use sil_host::scenario::{ControllerConfig, LoadedScenario, Scenario};
 
