@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 
 use crate::shell::{cargo, run};
 use crate::toolchain::{TARGET, set_up};
-use crate::{budgets, firmware, machine_code};
+use crate::{budgets, firmware, fuzz, machine_code};
 
 /// One thing that must succeed.
 pub struct Check {
@@ -28,6 +28,7 @@ pub const ALL: &[Check] = &[
     check("core for the target", core_for_target),
     check("firmware images", firmware::build),
     check("the paper's flights, image", flights_on_image),
+    check("fuzz targets", fuzz::check),
     check("machine code of the steps", machine_code::check_all),
     check("budgets", budgets::check),
 ];

@@ -8,6 +8,7 @@ mod disassembly;
 mod elf;
 mod firmware;
 mod frames;
+mod fuzz;
 mod image_stack;
 mod machine_code;
 mod measurement;
@@ -26,6 +27,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   ci            set up what is missing and check everything
   test          the everyday checks: format, clippy, tests
   setup         install the toolchain's parts and the emulator
+  fuzz          a short run of each fuzz target
   machine-code  what the control steps' machine code must and must not contain
   budgets [--accept]
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
@@ -54,6 +56,7 @@ fn run() -> Result<()> {
         ["ci"] => checks::run_all(checks::ALL),
         ["test"] => checks::run_all(checks::EVERYDAY),
         ["setup"] => toolchain::set_up(),
+        ["fuzz"] => fuzz::check(),
         ["machine-code"] => machine_code::check_all(),
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),

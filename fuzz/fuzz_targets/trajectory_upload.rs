@@ -1,0 +1,66 @@
+//! Any messages that upload or select a trajectory, through the session that judges them.
+//!
+//! The input is postcard messages to the vehicle, one after the other, as far as they parse.
+#![no_main]
+
+use ctrl_core::link::{Rejection, TrajectorySelection, Uplink};
+use ctrl_core::mode::Mode;
+use ctrl_core::reference::Reference;
+use firmware::session::{Progress, Session};
+use fuzz::{GROUND, ask, assert_bounded, session};
+use libfuzzer_sys::fuzz_target;
+
+/// Ticks of flight at which a selected trajectory is looked at.
+const TICKS: [u32; 5] = [0, 1, 777, 20_000, u32::MAX];
+
+fuzz_target!(|data: &[u8]| {
+    let mut session = session();
+    let mut rest = data;
+    while let Ok((message, after)) = postcard::take_from_bytes::<Uplink>(rest) {
+        rest = after;
+        match message {
+            Uplink::PathBegin { .. } | Uplink::PathLeg { .. } => upload(&mut session, message),
+            Uplink::SelectTrajectory(selection) => select(&mut session, selection),
+            _ => {}
+        }
+    }
+});
+
+/// A piece of a path is taken, or refused by its number alone; what is flown does not change.
+fn upload(session: &mut Session, message: Uplink) {
+    let before = references(session);
+    match ask(session, message, GROUND) {
+        Ok(()) | Err(Rejection::NoPath | Rejection::LegOrder { .. }) => {}
+        Err(other) => panic!("{other:?}"),
+    }
+    assert_eq!(references(session), before);
+}
+
+/// What is taken can be flown at every tick; what is refused changes nothing.
+fn select(session: &mut Session, selection: TrajectorySelection) {
+    let message = Uplink::SelectTrajectory(selection);
+    let flying = Progress { mode: Mode::Flying, ..GROUND };
+    let before = references(session);
+    assert_eq!(ask(session, message.clone(), flying), Err(Rejection::NotNow));
+    assert_eq!(references(session), before);
+    match ask(session, message, GROUND) {
+        Ok(()) => {}
+        Err(Rejection::Invalid { .. }) => return assert_eq!(references(session), before),
+        Err(Rejection::NoPath) => {
+            assert_eq!(selection, TrajectorySelection::UploadedPath);
+            return assert_eq!(references(session), before);
+        }
+        Err(other) => panic!("{other:?}"),
+    }
+    for reference in references(session) {
+        if selection == TrajectorySelection::UploadedPath {
+            assert!(reference.position_world.is_finite() && reference.snap_world.is_finite());
+            assert!(reference.left_world.is_finite() && reference.left_rate_world.is_finite());
+        }
+        assert_bounded(session.law(), &reference);
+    }
+}
+
+fn references(session: &mut Session) -> [Reference; TICKS.len()] {
+    TICKS.map(|flight_tick| session.reference(Progress { flight_tick, ..GROUND }))
+}
