@@ -34,7 +34,7 @@ pub struct OnBoard {
     pub ticks: u64,
     /// Where the vehicle first differed from SIL.
     pub difference: Option<Difference>,
-    /// What the control ticks cost [instructions].
+    /// What the control ticks cost (instructions).
     pub cost: StepCost,
 }
 

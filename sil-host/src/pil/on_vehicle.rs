@@ -25,7 +25,7 @@ pub struct InFlight<'a> {
     pub failure: Option<PilError>,
     /// Where the vehicle first differed from the law on the host.
     pub difference: Option<Difference>,
-    /// What the control ticks cost [instructions].
+    /// What the control ticks cost (instructions).
     pub cost: StepCost,
 }
 
