@@ -109,7 +109,7 @@ fn controller_2_recovers_from_twelve_tilts_under_noise_at_its_bound() {
 
 #[test]
 fn controller_2_recovers_from_twelve_tilts_under_a_constant_push_at_its_bound() {
-    check_both(Air::Wind, 0.6);
+    check_both(Air::Wind, 1.4);
 }
 
 #[test]
