@@ -11,8 +11,12 @@ use crate::shell::{command, output, run, succeeds};
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 const COMPONENTS: [&str; 4] = ["llvm-tools", "rust-src", "rustfmt", "clippy"];
 /// Programs and the Debian packages that hold them.
-const PROGRAMS: [(&str, &str); 2] =
-    [("qemu-system-arm", "qemu-system-arm"), ("valgrind", "valgrind")];
+const PROGRAMS: [(&str, &str); 4] = [
+    ("qemu-system-arm", "qemu-system-arm"),
+    ("valgrind", "valgrind"),
+    ("python3", "python3"),
+    ("g++", "g++"), // libFuzzer
+];
 
 /// Installs whatever is missing, or says how to.
 pub fn set_up() -> Result<()> {
