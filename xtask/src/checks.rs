@@ -79,10 +79,10 @@ fn format() -> Result<()> {
     run(&mut cargo(["fmt", "--all", "--check"]))
 }
 
-/// All members but those that build for the target only.
+/// All members but those that build for the target only, with everything that is optional.
 fn on_host(arguments: &[&'static str]) -> Command {
     let mut command = cargo(arguments.iter().copied());
-    command.args(["--workspace", "--exclude", "step-image"]);
+    command.args(["--workspace", "--exclude", "step-image", "--features", "sil-host/full"]);
     command
 }
 
