@@ -1,0 +1,38 @@
+//! The command line; a file a command.
+
+mod pil;
+mod run;
+
+use clap::{Parser, Subcommand};
+
+pub use pil::PilArguments;
+pub use run::RunArguments;
+
+/// Flies the controllers of ctrl-core against a simulated vehicle and checks their guarantees.
+///
+/// Exit status: 0 every guarantee holds, 1 a guarantee is violated, 2 wrong usage or scenario,
+/// 3 results cannot be written, 4 the vehicle in the loop (`pil`) failed. `pil` exits with 1 also when
+/// a bit differs from SIL.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "sil-host", version)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Clone, Debug, Subcommand)]
+pub enum Command {
+    /// List the built-in scenarios.
+    List,
+    /// Print a built-in scenario in full: save it, change it, run the file.
+    Show {
+        /// Name of a built-in scenario.
+        name: String,
+    },
+    /// Fly scenarios, check their guarantees, write traces and figures.
+    Run(RunArguments),
+    /// As `run`, with the controller in the firmware's image in QEMU, in lock step with the plant.
+    Pil(PilArguments),
+}
