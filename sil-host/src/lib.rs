@@ -7,6 +7,7 @@ pub mod cli;
 pub mod closed_loop;
 pub mod figure;
 pub mod guarantee;
+pub mod log;
 pub mod page;
 pub mod pil;
 pub mod plant;

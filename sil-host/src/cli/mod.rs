@@ -1,10 +1,12 @@
 //! The command line; a file a command.
 
+mod log;
 mod pil;
 mod run;
 
 use clap::{Parser, Subcommand};
 
+pub use log::LogArguments;
 pub use pil::PilArguments;
 pub use run::RunArguments;
 
