@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// Every format of this build, as the option takes them.
-const FORMATS: &str = "ulog";
-const FILES: &[&str] = &["flight.ulg"];
+const FORMATS: &str = if cfg!(feature = "mcap") { "ulog,mcap" } else { "ulog" };
+const FILES: &[&str] =
+    if cfg!(feature = "mcap") { &["flight.ulg", "flight.mcap"] } else { &["flight.ulg"] };
 
 fn fresh(name: &str) -> PathBuf {
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("logs").join(name);
@@ -58,7 +59,7 @@ fn the_same_scenario_leaves_the_same_bytes() {
 #[test]
 fn what_is_no_format_or_no_rate_is_wrong_usage() {
     for (arguments, said) in [
-        (["--log", "csv"], "the format is ulog"),
+        (["--log", "csv"], "the formats are ulog and mcap"),
         (["--log-rate", "0"], "must be above zero [Hz]"),
         (["--log-rate", "often"], "expected a number [Hz]"),
     ] {

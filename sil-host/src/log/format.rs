@@ -7,6 +7,9 @@ use std::str::FromStr;
 pub enum Format {
     /// ULog, for PlotJuggler, Flight Review and `pyulog`.
     Ulog,
+    /// MCAP, for Foxglove, Rerun and PlotJuggler.
+    #[cfg(feature = "mcap")]
+    Mcap,
 }
 
 impl Format {
@@ -15,6 +18,8 @@ impl Format {
     pub const fn file_name(self) -> &'static str {
         match self {
             Self::Ulog => "flight.ulg",
+            #[cfg(feature = "mcap")]
+            Self::Mcap => "flight.mcap",
         }
     }
 }
@@ -25,7 +30,12 @@ impl FromStr for Format {
     fn from_str(name: &str) -> Result<Self, Self::Err> {
         match name {
             "ulog" => Ok(Self::Ulog),
-            _ => Err("the format is ulog"),
+            #[cfg(feature = "mcap")]
+            "mcap" => Ok(Self::Mcap),
+            #[cfg(not(feature = "mcap"))]
+            "mcap" => Err("built without feature `mcap`: \
+                cargo run --release -p sil-host --features mcap -- ..."),
+            _ => Err("the formats are ulog and mcap"),
         }
     }
 }
@@ -37,6 +47,16 @@ mod tests {
     #[test]
     fn ulog_is_in_every_build() {
         assert_eq!("ulog".parse::<Format>().map(Format::file_name), Ok("flight.ulg"));
-        assert!("csv".parse::<Format>().is_err_and(|error| error.contains("format is ulog")));
+        assert!("csv".parse::<Format>().is_err_and(|error| error.contains("ulog and mcap")));
+    }
+
+    #[test]
+    fn mcap_is_there_or_says_how_to_get_it() {
+        let mcap = "mcap".parse::<Format>().map(Format::file_name);
+        if cfg!(feature = "mcap") {
+            assert_eq!(mcap, Ok("flight.mcap"));
+        } else {
+            assert!(mcap.is_err_and(|error| error.contains("built without feature `mcap`")));
+        }
     }
 }

@@ -8,6 +8,8 @@
 pub mod description;
 pub mod format;
 pub mod frame;
+#[cfg(feature = "mcap")]
+pub mod mcap;
 pub mod moment;
 pub mod note;
 pub mod px4;
@@ -152,6 +154,8 @@ fn open(format: Format, path: &Path, description: &Description) -> io::Result<Bo
     let file = BufWriter::new(File::create(path)?);
     Ok(match format {
         Format::Ulog => Box::new(ulog::UlogWriter::new(file, description)?),
+        #[cfg(feature = "mcap")]
+        Format::Mcap => Box::new(mcap::McapWriter::new(file, description)?),
     })
 }
 
