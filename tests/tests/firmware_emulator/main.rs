@@ -9,6 +9,7 @@ mod in_the_loop;
 mod line_faults;
 mod link;
 mod replay;
+mod stored_parameters;
 mod whole_image;
 
 /// The paper's two simulations.
