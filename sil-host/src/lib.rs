@@ -10,6 +10,7 @@ pub mod cli;
 pub mod closed_loop;
 pub mod figure;
 pub mod guarantee;
+pub mod log;
 mod norm;
 pub mod page;
 pub mod pil;

@@ -8,6 +8,8 @@ use crate::cli::RunArguments;
 use crate::closed_loop::Observer;
 use crate::guarantee::Guarantees;
 use crate::guarantee::lyapunov::Evaluator;
+use crate::log::FlightLog;
+use crate::log::description::Description;
 use crate::progress::Progress;
 use crate::report::{self, Outcome};
 use crate::results::Results;
@@ -74,6 +76,7 @@ pub struct Watch {
     evaluator: Evaluator,
     guarantees: Guarantees,
     results: Results,
+    log: Option<FlightLog>,
 }
 
 impl Watch {
@@ -89,6 +92,7 @@ impl Watch {
             evaluator: Evaluator::new(controller, &parameters),
             guarantees: Guarantees::new(guarantees, controller, &parameters),
             results: Results::create(directory, scenario, trace_every)?,
+            log: None,
         })
     }
 }
@@ -98,6 +102,9 @@ impl Observer for Watch {
         let evaluation = self.evaluator.evaluate(sample);
         self.guarantees.observe(sample, &evaluation);
         self.results.observe(sample, &evaluation);
+        if let Some(log) = &mut self.log {
+            log.observe(sample, &evaluation);
+        }
     }
 }
 
@@ -105,7 +112,7 @@ impl Observer for Watch {
 pub(crate) fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, RunError> {
     let scenario = loaded.scenario();
     let mut flight = loaded.flight()?;
-    let (outcome, ()) = watched(scenario, arguments, |watch, progress| {
+    let (outcome, ()) = watched(loaded, arguments, |watch, progress| {
         let ticks = scenario.ticks();
         let chunk = ticks.div_ceil(UPDATES).max(1);
         let mut flown = 0;
@@ -125,14 +132,20 @@ pub(crate) fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<O
 /// # Errors
 /// When the results cannot be written, and those of `fly`.
 pub(crate) fn watched<T, E: From<RunError>>(
-    scenario: &Scenario,
+    loaded: &LoadedScenario,
     arguments: &RunArguments,
     fly: impl FnOnce(&mut Watch, &Progress) -> Result<T, E>,
 ) -> Result<(Outcome, T), E> {
+    let scenario = loaded.scenario();
     let directory = arguments.out.join(&scenario.name);
     let unwritable = |error: io::Error| RunError::Output(directory.clone(), error.to_string());
     let trace_every = u64::from(arguments.trace_every.get());
     let mut watch = Watch::new(scenario, &directory, trace_every).map_err(unwritable)?;
+    if !arguments.log.formats.is_empty() {
+        let description = Description::new(loaded).map_err(RunError::Scenario)?;
+        let log = FlightLog::create(&arguments.log, &description, &directory);
+        watch.log = Some(log.map_err(unwritable)?);
+    }
     let ticks = scenario.ticks();
     let progress = Progress::new(&scenario.name, ticks, scenario.duration, arguments.quiet);
     progress.message("flying");
@@ -146,6 +159,8 @@ pub(crate) fn watched<T, E: From<RunError>>(
         wall_time: progress.finish().as_secs_f64(),
         directory: directory.clone(),
     };
-    watch.results.finish(scenario, &outcome).map_err(unwritable)?;
+    let Watch { results, log, .. } = watch;
+    results.finish(scenario, &outcome).map_err(unwritable)?;
+    log.map_or(Ok(()), |log| log.finish(&outcome.verdicts)).map_err(unwritable)?;
     Ok((outcome, flown))
 }

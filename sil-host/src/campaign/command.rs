@@ -101,6 +101,7 @@ fn repeat(
             seed: None,
             quiet: arguments.quiet,
             json: arguments.json,
+            log: arguments.log.clone(),
         };
         let scenario = campaign.scenario(index, variant)?.renamed(&variant.name);
         outcomes.push(run::fly(&scenario, &arguments)?);

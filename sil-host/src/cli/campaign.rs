@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::LogArguments;
 use super::run::TRACE_EVERY;
 use crate::campaign::Shard;
 
@@ -50,6 +51,9 @@ pub struct CampaignArguments {
     /// With --only: write every N-th control tick to the trace.
     #[arg(long, default_value_t = TRACE_EVERY, value_name = "N")]
     pub trace_every: NonZeroU32,
+    /// With --only: logs.
+    #[command(flatten)]
+    pub log: LogArguments,
     /// Show no progress, and print only violated guarantees.
     #[arg(long, short)]
     pub quiet: bool,

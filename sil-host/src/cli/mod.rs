@@ -1,6 +1,7 @@
 //! The command line; a file a command.
 
 mod campaign;
+mod log;
 mod merge;
 mod pil;
 mod run;
@@ -8,6 +9,7 @@ mod run;
 use clap::{Parser, Subcommand};
 
 pub use campaign::CampaignArguments;
+pub use log::LogArguments;
 pub use merge::MergeArguments;
 pub use pil::PilArguments;
 pub use run::RunArguments;

@@ -14,7 +14,7 @@ pub mod verdict;
 pub mod wrench;
 
 #[cfg(test)]
-mod test_flight;
+pub(crate) mod test_flight;
 #[cfg(test)]
 mod tests;
 
