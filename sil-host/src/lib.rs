@@ -3,6 +3,7 @@
 //! A [`scenario`] is read from TOML; its flight runs in [`closed_loop`] against the [`plant`];
 //! every tick is a [`sample`] that observers see, among them the monitors of the [`guarantee`]s. [`pil`] puts the firmware's image in the controller's place.
 
+pub mod campaign;
 pub mod cli;
 pub mod closed_loop;
 pub mod figure;

@@ -1,0 +1,3 @@
+//! Campaigns: many flights of one scenario with varied parameters.
+
+pub mod report;

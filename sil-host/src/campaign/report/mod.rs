@@ -1,0 +1,3 @@
+//! One self-contained HTML page a campaign.
+
+pub mod failure_probability;
