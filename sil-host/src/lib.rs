@@ -12,6 +12,7 @@ pub mod page;
 pub mod pil;
 pub mod plant;
 pub mod progress;
+pub mod replay3d;
 pub mod report;
 pub mod results;
 pub mod run;
