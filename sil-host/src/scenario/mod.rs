@@ -3,7 +3,7 @@
 //! `sil-host show NAME` prints a built-in one, whose comments explain every field.
 
 mod built_in;
-mod document;
+pub(crate) mod document;
 mod error;
 mod flight;
 mod initial;
