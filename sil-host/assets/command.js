@@ -37,5 +37,11 @@ const Command = (() => {
     if (button) copy(button.dataset.command);
   });
 
-  return { copy };
+  // The command of a run that is shown by itself.
+  function of(report, variant, seed) {
+    const { prefix, rest } = report.commands[variant];
+    return prefix + rest[seed];
+  }
+
+  return { copy, of };
 })();

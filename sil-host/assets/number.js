@@ -9,7 +9,8 @@ function numberText(value, digits = 4) {
   return String(Number(value.toPrecision(digits)));
 }
 
-// `name [unit]`.
+// `name [unit]`; a margin is called after what it is a margin of.
 function labelText(quantity) {
-  return quantity.unit ? `${quantity.name} [${quantity.unit}]` : quantity.name;
+  const name = quantity.kind === "margin" ? `margin: ${quantity.name}` : quantity.name;
+  return quantity.unit && quantity.unit !== "-" ? `${name} [${quantity.unit}]` : name;
 }

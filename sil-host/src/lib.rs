@@ -5,6 +5,7 @@
 //! [`pil`] puts the firmware's image in the controller's place; a [`campaign`] flies a scenario many
 //! times.
 
+pub mod asset;
 pub mod campaign;
 pub mod cli;
 pub mod closed_loop;

@@ -4,7 +4,10 @@ const Chart = (() => {
   function axis(label, options = {}) {
     return {
       label,
-      labelSize: 22,
+      labelSize: 20,
+      labelGap: 2,
+      gap: 4,
+      size: 30,
       labelFont: "13px Helvetica, Arial, sans-serif",
       font: "12px Helvetica, Arial, sans-serif",
       stroke: Theme.colour("--muted"),
@@ -54,16 +57,24 @@ const Chart = (() => {
     ctx.stroke();
     ctx.font = `${12 * devicePixelRatio}px Helvetica, Arial, sans-serif`;
     const gap = 4 * devicePixelRatio;
-    if (across) {
-      ctx.textAlign = "right";
-      ctx.fillText(name, bbox.left + bbox.width - gap, at - gap);
-    } else {
-      const room = at - bbox.left > bbox.width / 2;
-      ctx.textAlign = room ? "right" : "left";
-      ctx.fillText(name, at + (room ? -gap : gap), bbox.top + 14 * devicePixelRatio);
-    }
+    ctx.setLineDash([]);
+    ctx.lineWidth = 4 * devicePixelRatio;
+    ctx.strokeStyle = Theme.colour("--card");
+    const [x, y] = across ? [bbox.left + bbox.width - gap, at - gap] : [at, bbox.top + 14 * devicePixelRatio];
+    const left = !across && at - bbox.left < bbox.width / 2;
+    ctx.textAlign = left ? "left" : "right";
+    const place = [name, across ? x : x + (left ? gap : -gap), y];
+    ctx.strokeText(...place);
+    ctx.fillText(...place);
     ctx.restore();
   }
 
-  return { axis, mount, bound };
+  // The quantity that charts begin with: a margin that was violated, if there is one.
+  function first(report) {
+    const margins = report.quantities.filter(({ kind, counts }) => kind === "margin" && counts.length > 0);
+    const shown = margins.find(({ lower }) => lower < 0) || margins[0];
+    return report.quantities.indexOf(shown);
+  }
+
+  return { axis, mount, bound, first };
 })();

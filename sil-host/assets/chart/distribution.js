@@ -84,7 +84,8 @@ const Distribution = (() => {
       .filter(([index]) => report.quantities[index].counts.length > 0)
       .sort((a, b) => Object.values(groups).indexOf(a[2]) - Object.values(groups).indexOf(b[2]));
     if (shown.length === 0) return;
-    let quantity = report.quantities[shown[0][0]];
+    const first = Chart.first(report) < 0 ? shown[0][0] : Chart.first(report);
+    let quantity = report.quantities[first];
     const boxes = ["Histogram", "Cumulative share"].map((title) => {
       const plot = element("div", { class: "plot", role: "img" });
       return { title, plot, card: element("div", { class: "card" }, [element("h3", { text: title }), plot]) };
@@ -103,12 +104,12 @@ const Distribution = (() => {
         : "";
       charts.forEach((each) => each.draw());
     }
-    const choice = dropDown("Quantity", shown, shown[0][0], (value) => show(Number(value)));
+    const choice = dropDown("Quantity", shown, first, (value) => show(Number(value)));
     section.append(
       element("div", { class: "controls" }, [choice]),
       element("div", { class: "pair" }, boxes.map(({ card }) => card)),
       note,
     );
-    show(shown[0][0]);
+    show(first);
   };
 })();

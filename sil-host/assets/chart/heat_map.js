@@ -65,6 +65,13 @@ const HeatMap = (() => {
         context.fillStyle = runs ? colour(variant.held[cell] / runs) : Theme.colour("--cell-empty");
         const [left, top] = corner(column, row);
         context.fillRect(left + 0.5, top + 0.5, cellWidth - 1, cellHeight - 1);
+        if (!runs) {
+          context.strokeStyle = Theme.colour("--frame");
+          context.beginPath();
+          context.moveTo(left + 3, top + cellHeight - 3);
+          context.lineTo(left + cellWidth - 3, top + 3);
+          context.stroke();
+        }
       }
     }
     if (selected >= 0) {
@@ -112,9 +119,7 @@ const HeatMap = (() => {
     if (!runs) return [...place, "no run"].join("\n");
     const share = numberText((100 * variant.held[cell]) / runs, 3);
     const lines = [...place, `${variant.held[cell]} of ${runs} held (${share} %)`];
-    const seed = variant.seed[cell];
-    if (seed !== null) lines.push(`tightest: seed ${seed}; click: copy the command`);
-    return lines.join("\n");
+    return [...lines, `e.g. seed ${variant.seed[cell]}; click: copy the command`].join("\n");
   }
 
   function map(envelope, index, report) {
@@ -136,7 +141,7 @@ const HeatMap = (() => {
     };
     const copy = () => {
       if (selected < 0 || variant.seed[selected] === null) return;
-      Command.copy(report.variants[index].command.replaceAll("{seed}", variant.seed[selected]));
+      Command.copy(Command.of(report, index, variant.seed[selected]));
     };
     canvas.addEventListener("pointermove", (event) => {
       const cell = cellAt(canvas, envelope, event.offsetX, event.offsetY);
@@ -172,7 +177,9 @@ const HeatMap = (() => {
       element("div", { class: "pair" }, envelope.variants.map((_, index) => map(envelope, index, report))),
     );
     const key = element("p", { class: "key" });
-    key.innerHTML = 'share of runs that held: 0 %<span class="ramp"></span>100 %<span><i style="background:var(--cell-empty)"></i>no run</span>';
+    const ramp = element("span", {}, ["0 %", element("span", { class: "ramp" }), "100 %"]);
+    const empty = element("span", {}, [element("i", { class: "empty" }), "no run"]);
+    key.append("share of flights that held:", ramp, empty);
     section.append(key);
   };
 })();

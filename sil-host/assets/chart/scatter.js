@@ -57,7 +57,18 @@ const Scatter = (() => {
     const order = seed.map((_, index) => index).filter((index) => columns[x][index] !== null);
     order.sort((a, b) => columns[x][a] - columns[x][b]);
     const [across, up] = [report.quantities[x], report.quantities[y]];
-    const scale = (quantity) => ({ distr: quantity.logarithmic ? 3 : 1 });
+    const scale = ({ lower, upper, logarithmic }) => {
+      const room = logarithmic ? Math.pow(upper / lower, 0.03) : 0.03 * (upper - lower);
+      const [least, greatest] = logarithmic ? [lower / room, upper * room] : [lower - room, upper + room];
+      // The points are rounded; what the reader enlarges is much less than the whole.
+      const slack = logarithmic ? Math.pow(upper / lower, 0.01) : 0.01 * (upper - lower);
+      const whole = (low, high) =>
+        logarithmic ? low <= lower * slack && high >= upper / slack : low <= lower + slack && high >= upper - slack;
+      return {
+        distr: logarithmic ? 3 : 1,
+        range: (plot, low, high) => (whole(low, high) ? [least, greatest] : [low, high]),
+      };
+    };
     return {
       data: [
         order.map((index) => columns[x][index]),
@@ -112,7 +123,7 @@ const Scatter = (() => {
     const across = entries(["varied", "measure", "margin"]);
     const up = entries(["margin", "measure"]);
     if (across.length === 0 || up.length === 0) return;
-    let [x, y] = [across[0][0], up[0][0]];
+    let [x, y] = [across[0][0], Chart.first(report) < 0 ? up[0][0] : Chart.first(report)];
     const box = element("div", { class: "plot", role: "img", "aria-label": "One mark a run" });
     const chart = Chart.mount(box, HEIGHT, () => describe(report, x, y));
     const at = (event) => {
@@ -132,7 +143,7 @@ const Scatter = (() => {
       const index = at(event);
       if (index < 0) return;
       const { seed, variant } = report.points;
-      Command.copy(report.variants[variant[index]].command.replaceAll("{seed}", seed[index]));
+      Command.copy(Command.of(report, variant[index], seed[index]));
     });
     const choose = (set) => (value) => {
       set(Number(value));
