@@ -11,6 +11,7 @@ pub mod cli;
 pub mod closed_loop;
 pub mod figure;
 pub mod guarantee;
+mod norm;
 pub mod page;
 pub mod pil;
 pub mod plant;

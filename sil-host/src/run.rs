@@ -101,7 +101,8 @@ impl Observer for Watch {
     }
 }
 
-fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, RunError> {
+/// Flies a scenario and writes its results below `arguments.out`.
+pub(crate) fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, RunError> {
     let scenario = loaded.scenario();
     let mut flight = loaded.flight()?;
     let (outcome, ()) = watched(scenario, arguments, |watch, progress| {

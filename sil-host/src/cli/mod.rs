@@ -1,10 +1,14 @@
 //! The command line; a file a command.
 
+mod campaign;
+mod merge;
 mod pil;
 mod run;
 
 use clap::{Parser, Subcommand};
 
+pub use campaign::CampaignArguments;
+pub use merge::MergeArguments;
 pub use pil::PilArguments;
 pub use run::RunArguments;
 
@@ -35,4 +39,8 @@ pub enum Command {
     Run(RunArguments),
     /// As `run`, with the controller in the firmware's image in QEMU, in lock step with the plant.
     Pil(PilArguments),
+    /// Fly a scenario many times, with values drawn from distributions or taken from a grid.
+    Campaign(CampaignArguments),
+    /// Join the shares of a campaign that were flown by themselves.
+    Merge(MergeArguments),
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 /// A tenth of the ticks shows everything but single-tick noise, in a tenth of the space.
-const TRACE_EVERY: NonZeroU32 = NonZeroU32::new(10).expect("ten is not zero");
+pub(super) const TRACE_EVERY: NonZeroU32 = NonZeroU32::new(10).expect("ten is not zero");
 
 /// How to run.
 #[derive(Clone, Debug, Args)]

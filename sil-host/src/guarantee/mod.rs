@@ -3,6 +3,7 @@
 //! A file a monitor. Each sees every [`Sample`] with its Lyapunov [`Evaluation`] and ends in rows
 //! of the verdict table; `docs/guarantees.md` derives what each one may promise.
 
+mod angle;
 pub mod auxiliary;
 pub mod estimates;
 mod law;
@@ -88,9 +89,13 @@ impl Guarantees {
 
     /// Passes one tick to every monitor.
     pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        for monitor in self.monitors_mut() {
-            monitor.observe(sample, evaluation);
-        }
+        self.thrust.observe(sample, evaluation);
+        self.torque.observe(sample, evaluation);
+        self.estimates.observe(sample, evaluation);
+        self.tracking.observe(sample, evaluation);
+        self.auxiliary.observe(sample, evaluation);
+        self.lyapunov.observe(sample, evaluation);
+        self.status.observe(sample, evaluation);
     }
 
     /// The whole table.
@@ -100,11 +105,6 @@ impl Guarantees {
     }
 
     fn monitors(&self) -> [&dyn Monitor; 7] {
-        let Self { thrust, torque, estimates, tracking, auxiliary, lyapunov, status } = self;
-        [thrust, torque, estimates, tracking, auxiliary, lyapunov, status]
-    }
-
-    fn monitors_mut(&mut self) -> [&mut dyn Monitor; 7] {
         let Self { thrust, torque, estimates, tracking, auxiliary, lyapunov, status } = self;
         [thrust, torque, estimates, tracking, auxiliary, lyapunov, status]
     }

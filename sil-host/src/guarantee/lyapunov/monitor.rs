@@ -1,7 +1,8 @@
 //! The guarantee on V: it obeys the balance at every tick, and falls outside its ultimate set.
 
 use super::balance::{Balance, balance};
-use super::function::{Evaluation, Evaluator, OUTSIDE_THE_PROOF};
+use super::function::{Evaluation, OUTSIDE_THE_PROOF};
+use super::parameters::Parameters;
 use crate::guarantee::verdict::{Extreme, Requirement, Verdict};
 use crate::guarantee::{GuaranteeConfig, Monitor};
 use crate::plant::PlantParameters;
@@ -11,7 +12,7 @@ use crate::scenario::ControllerConfig;
 /// Watches V over a flight.
 #[derive(Clone, Debug)]
 pub struct LyapunovMonitor {
-    evaluator: Evaluator,
+    parameters: Parameters,
     window_length: f64,
     previous: Option<(Sample, Evaluation)>,
     window: Window,
@@ -46,7 +47,7 @@ impl LyapunovMonitor {
     ) -> Self {
         let none = Extreme::default();
         Self {
-            evaluator: Evaluator::new(law, parameters),
+            parameters: Parameters::new(law, parameters),
             window_length: config.lyapunov_window,
             previous: None,
             window: Window::default(),
@@ -62,7 +63,7 @@ impl LyapunovMonitor {
     }
 
     fn tick(&mut self, balance: &Balance, sample: &Sample, evaluation: &Evaluation) {
-        let dt = self.evaluator.parameters.dt;
+        let dt = self.parameters.dt;
         self.excess.highest(balance.excess(dt), sample.time);
         self.model.highest(balance.model, sample.time);
         self.disturbance.highest(balance.disturbance - balance.smoothing, sample.time);
@@ -85,14 +86,13 @@ impl LyapunovMonitor {
 
 impl Monitor for LyapunovMonitor {
     fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        if let Some((before, earlier)) = self.previous {
+        if let Some((before, earlier)) = &self.previous {
             if before.output.status.intersects(OUTSIDE_THE_PROOF) {
                 let count = self.left_out.value().unwrap_or(0.0) + 1.0;
                 self.left_out = Extreme::at(count, sample.time);
                 self.window = Window::default();
             } else {
-                let parameters = &self.evaluator.parameters;
-                let balance = balance(parameters, (&before, &earlier), (sample, evaluation));
+                let balance = balance(&self.parameters, (before, earlier), (sample, evaluation));
                 self.tick(&balance, sample, evaluation);
             }
         } else {
@@ -105,7 +105,7 @@ impl Monitor for LyapunovMonitor {
     fn verdicts(&self) -> Vec<Verdict> {
         let info = Requirement::Information;
         let zero = Requirement::AtMost(0.0);
-        let equation = if self.evaluator.parameters.saturated.is_some() { "(53)" } else { "(36)" };
+        let equation = if self.parameters.saturated.is_some() { "(53)" } else { "(36)" };
         let row = |name, unit, requirement, extreme| {
             Verdict::new((name, equation, unit), requirement, extreme)
         };
