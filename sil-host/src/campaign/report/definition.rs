@@ -103,7 +103,9 @@ fn distribution(vary: &Vary) -> String {
         return format!("log-uniform, {}", span(range.lower, range.upper));
     }
     if let Some(normal) = &vary.normal {
-        let cut = |side, end: Option<f64>| end.map_or(String::new(), |x| format!(", {side} {}", number(x)));
+        let cut = |side, end: Option<f64>| {
+            end.map_or(String::new(), |x| format!(", {side} {}", number(x)))
+        };
         let (mean, deviation) = (number(normal.mean), number(normal.deviation));
         let ends = cut("not below", normal.lower) + &cut("not above", normal.upper);
         return format!("normal, mean {mean}, standard deviation {deviation}{ends}");

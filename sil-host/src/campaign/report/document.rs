@@ -69,7 +69,9 @@ impl<'a> Document<'a> {
         let counted = quantities.iter().zip(&counts.histograms);
         Self {
             variants: names.collect(),
-            quantities: counted.map(|(quantity, histogram)| Counted { quantity, histogram }).collect(),
+            quantities: counted
+                .map(|(quantity, histogram)| Counted { quantity, histogram })
+                .collect(),
             points: PointColumns::new(&shown, quantities),
             envelope: &counts.envelope,
             commands: commands(campaign, &seeds(campaign, &shown, counts, flights)),
@@ -101,7 +103,12 @@ fn significant(value: f64, digits: usize) -> f64 {
 }
 
 /// Seeds that a reader can ask a command of, for each variant.
-fn seeds(campaign: &Campaign, shown: &[&Row], counts: &Counts, flights: &[Flight]) -> Vec<Vec<u32>> {
+fn seeds(
+    campaign: &Campaign,
+    shown: &[&Row],
+    counts: &Counts,
+    flights: &[Flight],
+) -> Vec<Vec<u32>> {
     let of_variant = |variant: usize| {
         let rows = shown.iter().filter(|row| row.variant == variant).map(|row| row.seed);
         let flights = flights.iter().filter(|it| it.variant == variant).map(|it| it.seed);
@@ -113,7 +120,8 @@ fn seeds(campaign: &Campaign, shown: &[&Row], counts: &Counts, flights: &[Flight
 
 fn commands(campaign: &Campaign, seeds: &[Vec<u32>]) -> Vec<Commands> {
     let of_variant = |(variant, seeds): (_, &Vec<u32>)| {
-        let command = |seed: &u32| Some((*seed, campaign.replay_command(campaign.index(*seed)?, variant)));
+        let command =
+            |seed: &u32| Some((*seed, campaign.replay_command(campaign.index(*seed)?, variant)));
         Commands::new(seeds.iter().filter_map(command).collect())
     };
     campaign.variants().iter().zip(seeds).map(of_variant).collect()

@@ -41,7 +41,8 @@ impl AxisValues {
 
     /// The distinct values in order, if they are few.
     fn levels(&self) -> Option<Vec<f64>> {
-        let mut levels: Vec<_> = self.distinct.as_ref()?.iter().map(|&b| f64::from_bits(b)).collect();
+        let mut levels: Vec<_> =
+            self.distinct.as_ref()?.iter().map(|&b| f64::from_bits(b)).collect();
         levels.sort_by(f64::total_cmp);
         Some(levels)
     }

@@ -20,7 +20,7 @@ pub mod tally;
 pub mod tightest;
 pub mod worst;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::error::CampaignError;
 use super::table::Results;
@@ -32,14 +32,13 @@ use scan::Scan;
 /// File of the report in a directory of results.
 pub const REPORT: &str = "report.html";
 
-/// Writes the report of the results in `directory` there; returns its path.
+/// Writes the report of `results` to their directory; returns its path.
 ///
 /// # Errors
 /// When the results cannot be read, a run to replay is refused, or the file cannot be written.
-pub fn write(directory: &Path) -> Result<PathBuf, CampaignError> {
-    let results = Results::open(directory)?;
-    let path = directory.join(REPORT);
-    std::fs::write(&path, html(&results)?).map_err(CampaignError::io(&path))?;
+pub fn write(results: &Results) -> Result<PathBuf, CampaignError> {
+    let path = results.directory().join(REPORT);
+    std::fs::write(&path, html(results)?).map_err(CampaignError::io(&path))?;
     Ok(path)
 }
 

@@ -71,7 +71,8 @@ fn sections(campaign: &Campaign, scan: &Scan) -> String {
         all.push(("envelope", "Recovery envelope", text));
     }
     if flown > 0 {
-        let text = "<p class=\"muted\">Flown again from their seeds when this page was written.</p>\n";
+        let text =
+            "<p class=\"muted\">Flown again from their seeds when this page was written.</p>\n";
         all.push(("replay", "Replay", text.to_owned()));
     }
     let mut page = String::from("<nav aria-label=\"Sections\">");

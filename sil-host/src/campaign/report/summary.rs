@@ -61,7 +61,10 @@ fn table(campaign: &Campaign, scan: &Scan) -> String {
             counts.held,
             if counts.violated > 0 { " fail" } else { "" },
             counts.violated,
-            probability(FailureProbability::observed(counts.violated, counts.flown()), counts.violated),
+            probability(
+                FailureProbability::observed(counts.violated, counts.flown()),
+                counts.violated
+            ),
             counts.refused,
             outside(counts),
         );
@@ -103,7 +106,11 @@ pub(super) fn probability(bounds: Option<FailureProbability>, violated: u64) -> 
 
 /// Two significant digits; small ones as `3.0e-4`.
 fn scientific(share: f64) -> String {
-    if share > 0.0 && share < 0.01 { format!("{share:.1e}") } else { number((share * 1e3).round() / 1e3) }
+    if share > 0.0 && share < 0.01 {
+        format!("{share:.1e}")
+    } else {
+        number((share * 1e3).round() / 1e3)
+    }
 }
 
 #[cfg(test)]
@@ -112,7 +119,8 @@ mod tests {
 
     #[test]
     fn no_violation_is_a_one_sided_bound_and_some_are_an_interval() {
-        let text = |violated, runs| probability(FailureProbability::observed(violated, runs), violated);
+        let text =
+            |violated, runs| probability(FailureProbability::observed(violated, runs), violated);
         assert_eq!(text(0, 10_000), "fewer than 3.0e-4 of runs");
         assert_eq!(text(3, 50), "0.013 to 0.165");
         assert_eq!(text(10, 10), "0.692 to 1");

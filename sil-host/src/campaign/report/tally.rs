@@ -47,7 +47,8 @@ impl Tally {
         }
         let margin = seen.margin.unwrap_or(f64::NAN);
         let expected = seen.observed.and_then(|observed| self.requirement.margin(observed));
-        self.varies |= seen.margin.is_some_and(|margin| !margin.is_nan()) && expected != seen.margin;
+        self.varies |=
+            seen.margin.is_some_and(|margin| !margin.is_nan()) && expected != seen.margin;
         self.unobserved += u64::from(seen.observed.is_none());
         self.violated += u64::from(margin.is_nan() || margin < 0.0);
         self.tightest.push(Close { margin, observed: seen.observed, seed });

@@ -27,10 +27,10 @@ impl Tightest {
 
     /// Takes in a run.
     pub fn push(&mut self, run: Close) {
-        let rank = |close: &Close| if close.margin.is_nan() { f64::NEG_INFINITY } else { close.margin };
-        let before = |kept: &Close| {
-            rank(kept).total_cmp(&rank(&run)).then(kept.seed.cmp(&run.seed)).is_lt()
-        };
+        let rank =
+            |close: &Close| if close.margin.is_nan() { f64::NEG_INFINITY } else { close.margin };
+        let before =
+            |kept: &Close| rank(kept).total_cmp(&rank(&run)).then(kept.seed.cmp(&run.seed)).is_lt();
         let place = self.kept.partition_point(before);
         if place < self.limit {
             self.kept.insert(place, run);
