@@ -105,9 +105,7 @@ fn requirements(campaign: &Campaign, variant: usize) -> BTreeMap<&'static str, R
     let Some(loaded) = (0..campaign.runs().min(ATTEMPTS)).find_map(scenario) else {
         return BTreeMap::new();
     };
-    let scenario = loaded.scenario();
-    let parameters = scenario.vehicle.into();
-    let monitors = Guarantees::new(&scenario.guarantees, &scenario.controller, &parameters);
+    let monitors = Guarantees::of(loaded.scenario());
     monitors.verdicts().iter().map(|verdict| (verdict.name, verdict.requirement)).collect()
 }
 
