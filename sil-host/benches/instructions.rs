@@ -16,8 +16,8 @@ use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::Trajectory;
 use sil_host::closed_loop::{Observer, Unobserved};
+use sil_host::guarantee::Guarantees;
 use sil_host::guarantee::lyapunov::Evaluator;
-use sil_host::guarantee::{GuaranteeConfig, Guarantees};
 use sil_host::run::Watch;
 use sil_host::sample::Sample;
 use sil_host::scenario::{ControllerConfig, LoadedScenario};
@@ -131,12 +131,11 @@ struct Monitors {
 impl Monitors {
     /// With the guarantees due from the first tick on, as they are for most of a whole flight.
     fn new(scenario: &LoadedScenario) -> Self {
-        let scenario = scenario.scenario();
-        let (law, parameters) = (&scenario.controller, scenario.vehicle.into());
-        let config = GuaranteeConfig { settle_time: 0.0, ..scenario.guarantees };
+        let mut scenario = scenario.scenario().clone();
+        scenario.guarantees.settle_time = 0.0;
         Self {
-            evaluator: Evaluator::new(law, &parameters),
-            guarantees: Guarantees::new(&config, law, &parameters),
+            evaluator: Evaluator::new(&scenario.controller, &scenario.vehicle.into()),
+            guarantees: Guarantees::of(&scenario),
         }
     }
 }

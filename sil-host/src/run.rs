@@ -83,11 +83,9 @@ impl Watch {
     /// # Errors
     /// When the results cannot be written.
     pub fn new(scenario: &Scenario, directory: &Path, trace_every: u64) -> io::Result<Self> {
-        let parameters = scenario.vehicle.into();
-        let Scenario { guarantees, controller, .. } = scenario;
         Ok(Self {
-            evaluator: Evaluator::new(controller, &parameters),
-            guarantees: Guarantees::new(guarantees, controller, &parameters),
+            evaluator: Evaluator::new(&scenario.controller, &scenario.vehicle.into()),
+            guarantees: Guarantees::of(scenario),
             results: Results::create(directory, scenario, trace_every)?,
         })
     }

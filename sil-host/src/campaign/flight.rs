@@ -72,11 +72,9 @@ impl Watch {
     /// Watches a flight of `scenario`.
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
-        let parameters = scenario.vehicle.into();
-        let Scenario { guarantees, controller, .. } = scenario;
         Self {
-            evaluator: Evaluator::new(controller, &parameters),
-            guarantees: Guarantees::new(guarantees, controller, &parameters),
+            evaluator: Evaluator::new(&scenario.controller, &scenario.vehicle.into()),
+            guarantees: Guarantees::of(scenario),
             measures: Measures::new(scenario),
         }
     }

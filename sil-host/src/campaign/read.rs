@@ -237,9 +237,7 @@ fn guarantees(variants: &[Variant]) -> Result<Vec<Guarantee>, ScenarioError> {
     let mut all = Vec::<Guarantee>::new();
     for variant in variants {
         let loaded = LoadedScenario::parse(&variant.scenario, &variant.text, &variant.changes)?;
-        let scenario = loaded.scenario();
-        let parameters = scenario.vehicle.into();
-        let monitors = Guarantees::new(&scenario.guarantees, &scenario.controller, &parameters);
+        let monitors = Guarantees::of(loaded.scenario());
         for verdict in monitors.verdicts() {
             let key = Guarantee::key(verdict.name);
             if all.iter().all(|known| known.key != key) {

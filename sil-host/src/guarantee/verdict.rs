@@ -113,10 +113,10 @@ impl Extreme {
         self.keep(value, time, |new, kept| new < kept);
     }
 
-    /// Keeps the value with the least margin to `requirement`.
+    /// Keeps the value with the least margin to `requirement`; whether it is `value`.
     #[inline]
-    pub fn tightest(&mut self, value: f64, time: f64, requirement: Requirement) {
-        self.keep(value, time, |new, kept| requirement.margin(new) < requirement.margin(kept));
+    pub fn tightest(&mut self, value: f64, time: f64, requirement: Requirement) -> bool {
+        self.keep(value, time, |new, kept| requirement.margin(new) < requirement.margin(kept))
     }
 
     /// The value, if any was observed.

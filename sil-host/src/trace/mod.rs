@@ -12,7 +12,7 @@ pub use row::inertia_estimate;
 pub use writer::TraceWriter;
 
 /// Names of the columns, in order.
-pub const COLUMNS: [&str; 58] = [
+pub const COLUMNS: [&str; 62] = [
     "tick",
     "time",
     "position_x",
@@ -54,6 +54,10 @@ pub const COLUMNS: [&str; 58] = [
     "torque_x",
     "torque_y",
     "torque_z",
+    "applied_thrust",
+    "applied_torque_x",
+    "applied_torque_y",
+    "applied_torque_z",
     "mass_estimate",
     "inertia_estimate_x",
     "inertia_estimate_y",

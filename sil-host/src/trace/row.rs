@@ -34,7 +34,7 @@ impl Row {
 }
 
 fn singles(sample: &Sample, evaluation: &Evaluation) -> [f32; SINGLES] {
-    let Sample { truth, reference, output, estimates, auxiliary, .. } = sample;
+    let Sample { truth, reference, output, applied, estimates, auxiliary, .. } = sample;
     let mut singles = Singles { numbers: [0.0; SINGLES], count: 0 };
     singles.vector(truth.position_world.as_vec3());
     singles.vector(truth.velocity_world.as_vec3());
@@ -49,6 +49,8 @@ fn singles(sample: &Sample, evaluation: &Evaluation) -> [f32; SINGLES] {
     singles.append([output.wrench.thrust]);
     singles.vector(output.torque_demand_body);
     singles.vector(output.wrench.torque_body);
+    singles.append([applied.thrust as f32]);
+    singles.vector(applied.torque_body.as_vec3());
     singles.append([1.0 / estimates.inverse_mass]);
     singles.vector(inertia_estimate(estimates).as_vec3());
     singles.vector(estimates.gyroscopic_ratio);
