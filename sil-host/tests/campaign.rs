@@ -408,6 +408,8 @@ fn a_distribution_is_given_exactly_once() {
 fn fields_that_no_scenario_has_are_refused_before_the_first_flight() {
     let message = fault_after("path = \"initial.tilt_deg\"", "path = \"initial.tilt\"");
     assert!(message.contains("initial.tilt: unknown field `tilt`"), "{message}");
+    let message = fault_after("path = \"initial.tilt_deg\"", "path = \"vehicle.mass[3]\"");
+    assert!(message.contains("vehicle.mass[3]: `mass` is not an array"), "{message}");
     let message = fault_after("path = \"initial.tilt_deg\"", "path = \"vehicle.inertia[3]\"");
     assert!(message.contains("`inertia` has 3 elements, the first is [0]"), "{message}");
     let message = fault_after("controller.saturated.torque_max", "controller.saturated.torque");

@@ -111,7 +111,7 @@ impl Reader<'_> {
         if definition.variant.is_empty() {
             let (scenario, text) = self.scenario("scenario", None, definition)?;
             let changes = definition.set.clone();
-            variants.push(Variant::new(scenario.clone(), scenario, text, changes, parameters)?);
+            variants.push(Variant::new(scenario.clone(), scenario, text, changes));
         }
         for (number, variant) in definition.variant.iter().enumerate() {
             let path = format!("variant[{number}]");
@@ -120,14 +120,33 @@ impl Reader<'_> {
                 let message = format!("`{}` is taken already", variant.name);
                 return Err(self.fault(&format!("{path}.name"), message));
             }
-            variants.push(self.variant(&path, variant, definition, parameters)?);
+            variants.push(self.variant(&path, variant, definition)?);
         }
-        for path in parameters.iter().flat_map(|parameter| &parameter.also) {
-            if !variants.iter().any(|it| it.targets.iter().any(|(target, _)| target == path)) {
-                return Err(self.fault("vary", format!("no variant's scenario has `{path}`")));
+        self.aim(&mut variants, parameters)?;
+        Ok(variants)
+    }
+
+    /// Leads every parameter to its fields, in those variants whose scenario has them. A varied path
+    /// that none has goes to all, for whom it may bring something new, or who tell what is wrong.
+    fn aim(&self, variants: &mut [Variant], parameters: &[Parameter]) -> Result<(), CampaignError> {
+        for (number, parameter) in parameters.iter().enumerate() {
+            for path in parameter.also.iter().chain([&parameter.path]) {
+                let mut nowhere = true;
+                for variant in &mut *variants {
+                    if variant.document()?.has(path) {
+                        variant.targets.push((path.clone(), number));
+                        nowhere = false;
+                    }
+                }
+                if nowhere && path != &parameter.path {
+                    let message = format!("no variant's scenario has `{path}`");
+                    return Err(self.fault("vary", message));
+                }
+                let missed = variants.iter_mut().filter(|_| nowhere);
+                missed.for_each(|variant| variant.targets.push((path.clone(), number)));
             }
         }
-        Ok(variants)
+        Ok(())
     }
 
     fn variant(
@@ -135,12 +154,11 @@ impl Reader<'_> {
         path: &str,
         variant: &VariantDefinition,
         definition: &Definition,
-        parameters: &[Parameter],
     ) -> Result<Variant, CampaignError> {
         let path = format!("{path}.scenario");
         let (scenario, text) = self.scenario(&path, variant.scenario.as_ref(), definition)?;
         let changes = definition.set.iter().chain(&variant.set).cloned().collect();
-        Ok(Variant::new(variant.name.clone(), scenario, text, changes, parameters)?)
+        Ok(Variant::new(variant.name.clone(), scenario, text, changes))
     }
 
     /// Name and text of the scenario `name`, given at `path`, or else of the campaign's.
@@ -183,22 +201,15 @@ impl Reader<'_> {
 }
 
 impl Variant {
-    fn new(
-        name: String,
-        scenario: String,
-        text: String,
-        changes: Vec<String>,
-        parameters: &[Parameter],
-    ) -> Result<Self, ScenarioError> {
-        let mut document = TomlText::parse(&scenario, &text)?;
-        document.set(&changes)?;
-        let mut targets = Vec::new();
-        for (number, parameter) in parameters.iter().enumerate() {
-            targets.push((parameter.path.clone(), number));
-            let present = parameter.also.iter().filter(|path| document.has(path));
-            targets.extend(present.map(|path| (path.clone(), number)));
-        }
-        Ok(Self { name, scenario, text, changes, targets })
+    fn new(name: String, scenario: String, text: String, changes: Vec<String>) -> Self {
+        Self { name, scenario, text, changes, targets: Vec::new() }
+    }
+
+    /// Its scenario before the varied values.
+    fn document(&self) -> Result<TomlText, ScenarioError> {
+        let mut document = TomlText::parse(&self.scenario, &self.text)?;
+        document.set(&self.changes)?;
+        Ok(document)
     }
 }
 
@@ -226,7 +237,8 @@ fn guarantees(variants: &[Variant]) -> Result<Vec<Guarantee>, ScenarioError> {
     let mut all = Vec::<Guarantee>::new();
     for variant in variants {
         let loaded = LoadedScenario::parse(&variant.scenario, &variant.text, &variant.changes)?;
-        for verdict in Guarantees::of(loaded.scenario()).verdicts() {
+        let monitors = Guarantees::of(loaded.scenario());
+        for verdict in monitors.verdicts() {
             let key = Guarantee::key(verdict.name);
             if all.iter().all(|known| known.key != key) {
                 let (name, equation, unit) = (verdict.name, verdict.equation, verdict.unit);

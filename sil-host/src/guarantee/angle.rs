@@ -7,7 +7,7 @@ use crate::norm::Norm;
 
 /// An angle in [0, pi] by its sine and cosine, both times the same positive number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Angle {
+pub(crate) struct Angle {
     sine: f64,
     cosine: f64,
 }
@@ -23,6 +23,17 @@ impl Angle {
     #[inline]
     pub fn half_turn(error: DQuat) -> Self {
         Self { sine: error.xyz().norm(), cosine: error.w.abs() }
+    }
+
+    /// Of `radians` in [0, pi].
+    pub fn of(radians: f64) -> Self {
+        Self { sine: libm::sin(radians), cosine: libm::cos(radians) }
+    }
+
+    /// Whether it is at most `bound`, up to rounding; never with NaN.
+    #[inline]
+    pub fn is_within(self, bound: Self) -> bool {
+        bound.sine * self.cosine - bound.cosine * self.sine >= 0.0 // sin(bound - self)
     }
 
     /// Its value [rad].
@@ -66,6 +77,18 @@ impl LargestAngle {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_angle_is_within_those_that_are_larger() {
+        for (bound, inside, outside) in
+            [(1e-6, 0.9e-6, 1.1e-6), (0.05, 0.0, 0.051), (2.0, 1.9, 3.1)]
+        {
+            let scaled = |x: f64| Angle { sine: 7.0 * x.sin(), cosine: 7.0 * x.cos() };
+            assert!(scaled(inside).is_within(Angle::of(bound)));
+            assert!(!scaled(outside).is_within(Angle::of(bound)));
+        }
+        assert!(!Angle { sine: f64::NAN, cosine: 1.0 }.is_within(Angle::of(1.0)));
+    }
 
     #[test]
     fn the_largest_is_the_one_that_comparing_values_finds() {

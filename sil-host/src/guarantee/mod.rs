@@ -3,7 +3,7 @@
 //! A file a monitor. Each sees every [`Sample`] with its Lyapunov [`Evaluation`] and ends in rows
 //! of the verdict table; `docs/guarantees.md` derives what each one may promise.
 
-mod angle;
+pub(crate) mod angle;
 pub mod applied;
 pub mod auxiliary;
 pub mod estimates;

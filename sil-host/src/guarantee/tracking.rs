@@ -37,7 +37,8 @@ pub fn tilt_error(attitude: DQuat, reference: &Reference) -> f64 {
     tilt(attitude, reference).radians()
 }
 
-fn tilt(attitude: DQuat, reference: &Reference) -> Angle {
+/// Angle between body z and `b3d`.
+pub(crate) fn tilt(attitude: DQuat, reference: &Reference) -> Angle {
     Angle::between(attitude * DVec3::Z, reference.specific_force().value.as_dvec3())
 }
 
@@ -47,7 +48,8 @@ pub fn heading_error(attitude: DQuat, reference: &Reference) -> f64 {
     heading(attitude, reference).radians()
 }
 
-fn heading(attitude: DQuat, reference: &Reference) -> Angle {
+/// Angle between body y and `b2d`.
+pub(crate) fn heading(attitude: DQuat, reference: &Reference) -> Angle {
     Angle::between(attitude * DVec3::Y, reference.left_world.as_dvec3())
 }
 
