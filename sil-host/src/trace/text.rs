@@ -10,13 +10,16 @@ const CELL: usize = 32;
 /// More than a row can take.
 const ROW_MAX: usize = COLUMNS.len() * (NUMBER_MAX + 1) + CELL;
 
-/// Text of rows. A number that repeats the one above it is copied, not written anew: a third of them
-/// do, for not every quantity moves in every flight.
+/// Text of rows. A number that repeats the one above it, or what it was made from further left, is
+/// copied, not written anew: half of them do, for not every quantity moves in every flight, no torque
+/// saturates for long, and most vehicles do as commanded.
 #[derive(Debug)]
 pub(super) struct Text {
     bytes: Vec<u8>,
     length: usize,
     above: [Cell; SINGLES],
+    /// For each column one further left that often has the same number; else itself.
+    twin: [usize; SINGLES],
 }
 
 /// A number, and its text with a comma.
@@ -32,7 +35,8 @@ impl Text {
     /// No text yet.
     pub fn new() -> Self {
         let none = Cell { bits: u64::MAX, length: 0, text: [0; CELL] };
-        Self { bytes: Vec::new(), length: 0, above: [none; SINGLES] }
+        let twin = core::array::from_fn(twin);
+        Self { bytes: Vec::new(), length: 0, above: [none; SINGLES], twin }
     }
 
     /// What has been written.
@@ -70,8 +74,11 @@ impl Text {
 
     #[inline]
     fn single(&mut self, column: usize, x: f32) {
-        let cell = &mut self.above[column];
         let bits = u64::from(x.to_bits());
+        if self.above[column].bits != bits {
+            self.above[column] = self.above[self.twin[column]];
+        }
+        let cell = &mut self.above[column];
         if cell.bits != bits {
             cell.bits = bits;
             let mut buffer = zmij::Buffer::new();
@@ -111,6 +118,18 @@ impl Text {
             self.bytes.resize(2 * (self.length + more), 0);
         }
     }
+}
+
+/// The twin of the column `column` of the singles.
+fn twin(column: usize) -> usize {
+    let singles = &COLUMNS[2..2 + SINGLES];
+    let name = singles[column];
+    let original = match (name.strip_prefix("applied_"), name.strip_prefix("torque_")) {
+        (Some(commanded), _) => commanded.to_owned(),
+        (None, Some(axis)) => format!("torque_demand_{axis}"),
+        (None, None) => return column,
+    };
+    singles.iter().position(|single| *single == original).unwrap_or(column)
 }
 
 /// Copies a short text by a few moves of fixed size, which overlap: faster than a call for any length.
@@ -165,6 +184,23 @@ mod tests {
             assert_eq!(cells[..2], ["12", "0.012000"]);
             assert_eq!(cells[2 + SINGLES..], ["0.1", "-2.5e-300", "65535"]);
         }
+    }
+
+    #[test]
+    fn what_the_vehicle_does_is_copied_from_the_command_and_that_from_the_demand() {
+        let twins: Vec<_> = (0..SINGLES).filter(|column| twin(*column) != *column).collect();
+        let name = |column: usize| COLUMNS[2 + column];
+        let pairs: Vec<_> = twins.iter().map(|&it| (name(it), name(twin(it)))).collect();
+        let expected = [
+            ("torque_x", "torque_demand_x"),
+            ("torque_y", "torque_demand_y"),
+            ("torque_z", "torque_demand_z"),
+            ("applied_thrust", "thrust"),
+            ("applied_torque_x", "torque_x"),
+            ("applied_torque_y", "torque_y"),
+            ("applied_torque_z", "torque_z"),
+        ];
+        assert_eq!(pairs, expected);
     }
 
     #[test]
