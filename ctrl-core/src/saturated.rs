@@ -35,7 +35,8 @@ use crate::vehicle::{Interval, VehicleState, WrenchBounds};
 const AUXILIARY_TURN_MAX: f32 = 0.5;
 
 /// Below this sum of squares of `w_a` [rad/s] and `eps_a` the auxiliary system counts as at rest: 1e-7
-/// is the rounding of a unit quaternion, and an exponential decay would end in subnormal numbers.
+/// is the rounding of a unit quaternion, and an exponential decay would end in subnormal numbers. Not
+/// while a torque saturates: dropped tick after tick, what saturation takes would never enter (39).
 const REST_SQUARE: f32 = 1e-14;
 
 /// Controller 2, validated. Every wrench keeps (7) and (8).
@@ -205,7 +206,7 @@ impl Saturated {
             status |= StepStatus::INERTIA_PROJECTED;
         }
         if saturated || state.auxiliary.is_some() {
-            status |= self.advance_auxiliary(state, evaluation, law);
+            status |= self.advance_auxiliary(state, evaluation, law, saturated);
         }
         let (torque, demand) = (law.torque, law.torque_demand);
         self.cascade.commit(&mut state.cascade, evaluation, torque, demand, status)
@@ -218,6 +219,7 @@ impl Saturated {
         state: &mut SaturatedState,
         evaluation: &Evaluation,
         law: &Law,
+        saturated: bool,
     ) -> StepStatus {
         let dt = self.config.step_period;
         let Auxiliary { attitude, rate } = state.auxiliary.unwrap_or(Auxiliary::REST);
@@ -234,7 +236,7 @@ impl Saturated {
             rate = clip(rate, self.auxiliary_rate_max);
             status = StepStatus::AUXILIARY_CLIPPED;
         }
-        let moving = square + next.length_squared() > REST_SQUARE;
+        let moving = saturated || square + next.length_squared() > REST_SQUARE;
         state.auxiliary = moving.then_some(Auxiliary { attitude, rate });
         status
     }
