@@ -5,6 +5,7 @@
 //! [`pil`] puts the firmware's image in the controller's place; a [`campaign`] flies a scenario many
 //! times.
 
+pub mod asset;
 pub mod campaign;
 pub mod cli;
 pub mod closed_loop;
@@ -15,6 +16,7 @@ pub mod page;
 pub mod pil;
 pub mod plant;
 pub mod progress;
+pub mod replay3d;
 pub mod report;
 pub mod results;
 pub mod run;

@@ -11,11 +11,12 @@ use crate::shell::{command, output, run, succeeds};
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 const COMPONENTS: [&str; 4] = ["llvm-tools", "rust-src", "rustfmt", "clippy"];
 /// Programs and the Debian packages that hold them.
-const PROGRAMS: [(&str, &str); 4] = [
+const PROGRAMS: [(&str, &str); 5] = [
     ("qemu-system-arm", "qemu-system-arm"),
     ("valgrind", "valgrind"),
     ("python3", "python3"),
-    ("g++", "g++"), // libFuzzer
+    ("g++", "g++"),           // libFuzzer
+    ("chromium", "chromium"), // reports in a browser
 ];
 
 /// Installs whatever is missing, or says how to.

@@ -68,6 +68,7 @@ fn fly(campaign: &Campaign, arguments: &CampaignArguments) -> Result<bool, Campa
 pub(super) fn conclude(results: &Results, json: bool, quiet: bool) -> Result<bool, CampaignError> {
     #[cfg(feature = "parquet")]
     super::parquet::write(results)?;
+    super::report::write(results)?;
     let summary = Summary::read(results)?;
     if json {
         println!("{}", summary.json());

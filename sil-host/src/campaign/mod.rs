@@ -20,6 +20,7 @@ mod plan;
 mod progress;
 mod read;
 mod replay;
+pub mod report;
 mod row;
 mod sampling;
 mod shard;
