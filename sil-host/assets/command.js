@@ -33,8 +33,8 @@ const Command = (() => {
   }
 
   addEventListener("click", (event) => {
-    const button = event.target.closest("button[data-command]");
-    if (button) copy(button.dataset.command);
+    const button = event.target.closest("td.command button");
+    if (button) copy(button.nextElementSibling.textContent);
   });
 
   // The command of a run that is shown by itself.

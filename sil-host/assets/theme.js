@@ -37,9 +37,14 @@ const Theme = (() => {
   });
   apply();
 
+  const colour = (property) => getComputedStyle(document.documentElement).getPropertyValue(property).trim();
+  const PALETTE = 6;
+
   return {
     // The value of a custom property of the style sheet, as in `--text`.
-    colour: (property) => getComputedStyle(document.documentElement).getPropertyValue(property).trim(),
+    colour,
+    // The colour of a variant by its number; they repeat after the last.
+    variant: (number) => colour(`--variant-${number % PALETTE}`),
     // Calls `listener` whenever the colours change.
     onChange: (listener) => listeners.push(listener),
   };

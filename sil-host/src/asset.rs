@@ -3,18 +3,20 @@
 
 use std::fmt::Write;
 
+use crate::figure::svg::escape;
+
 /// Colours, type and tables of every page.
-pub const PAGE_STYLE: &str = include_str!("../assets/page.css");
+const PAGE_STYLE: &str = include_str!("../assets/page.css");
 
 /// Charts, tiles and the replay.
-pub const REPORT_STYLE: &str =
+const REPORT_STYLE: &str =
     concat!(include_str!("../assets/uplot/uPlot.min.css"), include_str!("../assets/report.css"));
 
 /// Choice of the theme; goes into the head, so that a page is not shown in the wrong one first.
-pub const THEME: &str = include_str!("../assets/theme.js");
+const THEME: &str = include_str!("../assets/theme.js");
 
 /// What replay and charts are made of, in order.
-pub const REPLAY: [&str; 12] = [
+const REPLAY: [&str; 12] = [
     include_str!("../assets/uplot/uPlot.iife.min.js"),
     include_str!("../assets/element.js"),
     include_str!("../assets/number.js"),
@@ -29,6 +31,9 @@ pub const REPLAY: [&str; 12] = [
     include_str!("../assets/replay/player.js"),
 ];
 
+/// What the page of one flight has beside the replay.
+pub const RUN: &str = include_str!("../assets/run.js");
+
 /// What a campaign's report has beside the replay, in order.
 pub const REPORT: [&str; 5] = [
     include_str!("../assets/tooltip.js"),
@@ -39,12 +44,39 @@ pub const REPORT: [&str; 5] = [
 ];
 
 /// No page may load anything, wherever it is opened.
-pub const CONTENT_POLICY: &str = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src \
+const CONTENT_POLICY: &str = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src \
      'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">";
 
-/// Script elements with the given texts, none of which may hold `</script`.
+/// A page up to its sections: name, description, and the button that changes the theme.
 #[must_use]
-pub fn scripts(texts: &[&str]) -> String {
+pub fn beginning(name: &str, description: &str) -> String {
+    let (name, description) = (escape(name), escape(description));
+    let theme = scripts(&[THEME]);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">{CONTENT_POLICY}\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <title>{name}</title>\n<style>\n{PAGE_STYLE}{REPORT_STYLE}</style>\n{theme}</head><body>\n\
+         <header><div><h1>{name}</h1>\n<p>{description}</p></div>\
+         <button id=\"theme\" type=\"button\">Dark theme</button></header>\n"
+    )
+}
+
+/// The rest of a page: its data as JSON, the replay, and `own` scripts.
+#[must_use]
+pub fn end(json: &str, own: &[&str]) -> String {
+    "<noscript><p class=\"fail\">Charts and replays need JavaScript; nothing is loaded from \
+     anywhere.</p></noscript>\n\
+     <div id=\"tooltip\" role=\"tooltip\" hidden></div>\n\
+     <div id=\"copied\" role=\"status\" hidden></div>\n"
+        .to_owned()
+        + &data(json)
+        + &scripts(&REPLAY)
+        + &scripts(own)
+        + "</body></html>\n"
+}
+
+/// Script elements with the given texts, none of which may hold `</script`.
+fn scripts(texts: &[&str]) -> String {
     texts.iter().fold(String::new(), |mut page, text| {
         let _ = write!(page, "<script>\n{text}</script>\n"); // writing to a String cannot fail
         page
@@ -52,8 +84,7 @@ pub fn scripts(texts: &[&str]) -> String {
 }
 
 /// An element that holds `json` for the scripts of a page.
-#[must_use]
-pub fn data(json: &str) -> String {
+fn data(json: &str) -> String {
     // A string of the data must not end the element.
     let json = json.replace("</", "<\\/");
     format!("<script type=\"application/json\" id=\"data\">{json}</script>\n")
@@ -81,7 +112,7 @@ mod tests {
 
     #[test]
     fn no_script_ends_its_element() {
-        for text in REPLAY.iter().chain(&REPORT).chain(&[THEME]) {
+        for text in REPLAY.iter().chain(&REPORT).chain(&[THEME, RUN]) {
             assert!(!text.contains("</script") && !text.contains("<!--"));
         }
     }

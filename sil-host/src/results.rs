@@ -4,13 +4,18 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::closed_loop::Observer;
 use crate::figure::{Recorder, catalogue};
 use crate::guarantee::lyapunov::Evaluation;
 use crate::page;
+use crate::replay3d::{FrameRecorder, Track};
 use crate::report::Outcome;
 use crate::sample::Sample;
 use crate::scenario::Scenario;
 use crate::trace::TraceWriter;
+
+/// Frames that the page replays.
+const FRAMES: usize = 600;
 
 /// Results in the making.
 #[derive(Debug)]
@@ -18,6 +23,7 @@ pub struct Results {
     directory: PathBuf,
     trace: TraceWriter<File>,
     recorder: Recorder,
+    frames: FrameRecorder,
 }
 
 impl Results {
@@ -29,7 +35,8 @@ impl Results {
         fs::create_dir_all(directory)?;
         let trace = TraceWriter::new(File::create(directory.join("trace.csv"))?, every)?;
         let recorder = Recorder::new(scenario.duration, scenario.guarantees.settle_time);
-        Ok(Self { directory: directory.to_owned(), trace, recorder })
+        let frames = FrameRecorder::new(scenario.duration, FRAMES);
+        Ok(Self { directory: directory.to_owned(), trace, recorder, frames })
     }
 
     /// Takes in one tick.
@@ -37,6 +44,7 @@ impl Results {
     pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
         self.trace.observe(sample, evaluation);
         self.recorder.observe(sample, evaluation);
+        self.frames.observe(sample);
     }
 
     /// Completes the trace and writes the figures and the page.
@@ -53,6 +61,7 @@ impl Results {
             fs::write(self.directory.join(figure.name).with_extension("svg"), &document)?;
             documents.push(document);
         }
-        fs::write(self.directory.join("index.html"), page::html(outcome, &documents))
+        let track = Track::new(&self.frames.finish());
+        fs::write(self.directory.join("index.html"), page::html(outcome, &documents, &track))
     }
 }

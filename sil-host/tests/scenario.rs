@@ -143,6 +143,10 @@ fn refusals_of_the_trajectory_are_traced_to_their_key() {
 fn changes_reach_any_field() {
     assert_eq!(changed("duration=5").duration, 5.0);
     assert_eq!(changed("vehicle.inertia=[0.04, 0.04, 0.1]").vehicle.inertia.z, 0.1);
+    assert_eq!(
+        changed("vehicle.inertia[2]=0.1").vehicle.inertia.to_array(),
+        [0.04856, 0.04856, 0.1]
+    );
     assert_eq!(changed("name=other").name, "other");
     assert_eq!(
         changed("controller.saturated.uncertainty.mass.upper = 0.9")
@@ -176,6 +180,17 @@ fn faulty_changes_are_named() {
         fault_of_change("duration.x=1"),
         "--set duration.x=1: duration.x: `duration` is a value, not a table"
     );
+    assert_eq!(
+        fault_of_change("vehicle.inertia[3]=1"),
+        "--set vehicle.inertia[3]=1: vehicle.inertia[3]: `inertia` has 3 elements, the first is [0]"
+    );
+    assert_eq!(
+        fault_of_change("duration[0]=1"),
+        "--set duration[0]=1: duration[0]: `duration` is not an array"
+    );
+    let message = fault_of_change("vehicle.inertia[1]=\"heavy\"");
+    let start = "--set vehicle.inertia[1]=\"heavy\": vehicle.inertia: invalid type: string";
+    assert!(message.starts_with(start), "{message}");
     assert_eq!(fault_of_change("vehicle=1"), "--set vehicle=1: vehicle: is a table, not a value");
     assert_eq!(fault_of_change("duration"), "--set duration: expected path=value");
     let message = fault_of_change("duration=5 s");

@@ -41,7 +41,7 @@ const Distribution = (() => {
 
   function options(quantity, variants, label, paths, filled) {
     const series = variants.map((variant, index) => {
-      const stroke = Theme.colour(`--variant-${index}`);
+      const stroke = Theme.variant(index);
       return {
         label: variant.name,
         stroke,

@@ -13,7 +13,7 @@ const Scatter = (() => {
     ctx.clip();
     ctx.lineWidth = 1.6 * devicePixelRatio;
     each(plot, report, x, y, true, (index, left, top) => {
-      const colour = Theme.colour(`--variant-${report.points.variant[index]}`);
+      const colour = Theme.variant(report.points.variant[index]);
       ctx.globalAlpha = report.points.held[index] ? 0.55 : 1;
       ctx.beginPath();
       if (report.points.held[index]) {
@@ -85,8 +85,8 @@ const Scatter = (() => {
           {},
           ...report.variants.map((each, index) => ({
             label: each.name,
-            stroke: Theme.colour(`--variant-${index}`),
-            fill: Theme.colour(`--variant-${index}`),
+            stroke: Theme.variant(index),
+            fill: Theme.variant(index),
             paths: () => null,
             points: { show: false },
           })),

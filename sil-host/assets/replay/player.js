@@ -12,7 +12,7 @@ const Player = (() => {
   }
 
   class Player {
-    // `flights` are `{ name, record, command }`; the command may be missing.
+    // `flights` are `{ name, record, command }`; of a single one there is nothing to choose or copy.
     constructor(section, flights) {
       this.flights = flights;
       this.camera = new Camera();
@@ -46,7 +46,7 @@ const Player = (() => {
       this.readout = element("p", { class: "muted" });
       const strip = element("div", { class: "strip plot" });
       section.append(
-        element("div", { class: "controls" }, [choice, this.copy]),
+        ...(this.flights.length > 1 ? [element("div", { class: "controls" }, [choice, this.copy])] : []),
         element("div", { class: "card replay" }, [
           this.canvas,
           element("div", { class: "controls" }, [this.button, restart, this.slider, this.clock]),
@@ -63,7 +63,6 @@ const Player = (() => {
       const { record, command } = this.flights[index];
       this.flight = new RecordedFlight(record);
       this.command = command;
-      this.copy.hidden = !command;
       this.speed = fitting(this.flight.duration);
       this.speedLabel.querySelector("select").value = this.speed;
       this.ground = Math.min(...record.position[2], ...record.reference[2]);

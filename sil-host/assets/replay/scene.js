@@ -25,13 +25,14 @@ const Scene = (() => {
   // A line through frames `[first, last]` of three columns, and on to `end`.
   function way(context, camera, columns, first, last, end) {
     context.beginPath();
-    let before = null;
+    let [before, joined] = [null, false];
     const visit = (point) => {
       const ends = before && camera.segment(before, point);
       if (ends) {
-        context.moveTo(...ends[0]);
+        if (!joined) context.moveTo(...ends[0]);
         context.lineTo(...ends[1]);
       }
+      joined = Boolean(ends) && camera.project(point) !== null;
       before = point;
     };
     for (let frame = first; frame <= last; frame++) visit(columns.map((column) => column[frame]));

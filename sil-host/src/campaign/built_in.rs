@@ -20,7 +20,8 @@ macro_rules! built_in {
 
 impl BuiltInCampaign {
     /// Every one of them.
-    pub const ALL: &[Self] = built_in!["paper-uncertainty", "recovery-envelope"];
+    pub const ALL: &[Self] =
+        built_in!["paper-uncertainty", "recovery-envelope", "torque-limits", "sensitivity"];
 
     /// The one of that name.
     #[must_use]

@@ -219,6 +219,15 @@ mod tests {
     }
 
     #[test]
+    fn the_documented_measures_are_the_written_ones() {
+        let document = include_str!("../../../docs/campaign.md");
+        let row = |it: &Measure| format!("| `{}` | {} | {} |", it.key, it.unit, it.label);
+        let missing: Vec<_> =
+            MEASURES.iter().map(row).filter(|it| !document.contains(it)).collect();
+        assert!(missing.is_empty(), "{missing:?}");
+    }
+
+    #[test]
     fn they_are_what_the_samples_say() {
         let changes = ["guarantees.tilt_error_max=1.5".to_owned()];
         let loaded = LoadedScenario::open("tilt-recovery", &changes).unwrap();

@@ -56,8 +56,8 @@ pub struct Guarantee {
     pub key: String,
     /// Its name in the table of a run.
     pub name: &'static str,
-    /// Its equation.
-    pub equation: &'static str,
+    /// Its equation; where variants differ, all of them.
+    pub equation: String,
     /// Its unit.
     pub unit: &'static str,
 }

@@ -240,9 +240,13 @@ fn guarantees(variants: &[Variant]) -> Result<Vec<Guarantee>, ScenarioError> {
         let monitors = Guarantees::of(loaded.scenario());
         for verdict in monitors.verdicts() {
             let key = Guarantee::key(verdict.name);
-            if all.iter().all(|known| known.key != key) {
-                let (name, equation, unit) = (verdict.name, verdict.equation, verdict.unit);
-                all.push(Guarantee { key, name, equation, unit });
+            let (name, equation, unit) = (verdict.name, verdict.equation, verdict.unit);
+            match all.iter_mut().find(|known| known.key == key) {
+                None => all.push(Guarantee { key, name, equation: equation.to_owned(), unit }),
+                Some(known) if !known.equation.split(", ").any(|one| equation.contains(one)) => {
+                    known.equation += &format!(", {equation}");
+                }
+                Some(_) => {}
             }
         }
     }

@@ -48,8 +48,8 @@ pub struct VariantSummary {
 pub struct GuaranteeSummary {
     /// Its name in the table of a run.
     pub name: &'static str,
-    /// Its equation.
-    pub equation: &'static str,
+    /// Its equation; where variants differ, all of them.
+    pub equation: String,
     /// Unit of the margin.
     pub unit: &'static str,
     /// Runs in which it was judged.
@@ -69,7 +69,7 @@ impl Summary {
         let campaign = results.campaign();
         let guarantee = |it: &Guarantee| GuaranteeSummary {
             name: it.name,
-            equation: it.equation,
+            equation: it.equation.clone(),
             unit: it.unit,
             judged: 0,
             violated: 0,

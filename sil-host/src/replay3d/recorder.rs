@@ -9,6 +9,8 @@ const STEP_ANGLE: f64 = 0.15;
 const STEP_THRUST: f64 = 2.0;
 /// Share of the frames that a vehicle at rest would need.
 const IDLE_SHARE: f64 = 0.5;
+/// Only every so many ticks are looked at: the vehicle hardly moves in between.
+const STRIDE: u64 = 10;
 /// Growth of the spacing when there is no more room.
 const COARSER: f64 = 1.25;
 
@@ -73,7 +75,9 @@ impl FrameRecorder {
 
 impl Observer for FrameRecorder {
     fn observe(&mut self, sample: &Sample) {
-        self.push(Frame::of(sample));
+        if sample.tick.is_multiple_of(STRIDE) {
+            self.push(Frame::of(sample));
+        }
     }
 }
 

@@ -30,6 +30,9 @@ const CANVASES: [(&str, usize, &str); 7] = [
     ("#replay", 1, "strip"),
 ];
 
+/// Pixels by which the page is wider than its window.
+const BEYOND: &str = "document.documentElement.scrollWidth - document.documentElement.clientWidth";
+
 fn browser(name: &str) -> Browser {
     Browser::start(&fixture::directory(name))
 }
@@ -54,9 +57,7 @@ fn it_draws_everything_in_both_themes_alone_and_without_complaint() {
             }
             let canvases = browser.evaluate("document.querySelectorAll('canvas').length");
             assert_eq!(canvases, json!(CANVASES.len()));
-            let beyond = browser.evaluate(
-                "document.documentElement.scrollWidth - document.documentElement.clientWidth",
-            );
+            let beyond = browser.evaluate(BEYOND);
             assert_eq!(beyond, json!(0), "{width} px: the page is wider than the window");
             let complaints = browser.complaints();
             assert!(complaints.is_empty(), "{theme}, {width}: {complaints:#?}");
@@ -162,11 +163,38 @@ fn cells_of_the_envelope_and_copy_buttons_give_commands() {
     assert!(counts.contains("initial.rate_body[0]") && counts.contains(" held ("), "{counts}");
     browser.press("Enter");
     browser.wait_for("document.getElementById('copied').textContent.includes('tilt-recovery')");
-    browser.evaluate("document.querySelector('#worst button[data-command]').click()");
+    browser.evaluate("document.querySelector('#worst td.command button').click()");
     browser.wait_for(
         "document.getElementById('copied').textContent
-            .endsWith(document.querySelector('#worst button[data-command]').dataset.command)",
+            .endsWith(document.querySelector('#worst td.command code').textContent)",
     );
+}
+
+#[test]
+fn the_page_of_a_single_flight_replays_it() {
+    let out = fixture::directory("run");
+    let flown = std::process::Command::new(env!("CARGO_BIN_EXE_sil-host"))
+        .args(["run", "tilt-recovery", "--quiet", "--set", "duration=4", "--out"])
+        .arg(&out)
+        .output()
+        .expect("sil-host starts");
+    assert_eq!(flown.status.code(), Some(1), "four seconds are too few to settle");
+    let page = out.join("tilt-recovery/index.html");
+    let mut browser = browser("run-profile");
+    for (theme, width) in [("light", 1280), ("dark", 390)] {
+        browser.open(&page, width, theme);
+        for number in [0, 1] {
+            let drawn = browser.evaluate(&format!("{DRAWN}('#replay', {number})"));
+            assert!(drawn.as_f64() > Some(0.003), "{theme}: canvas {number}: {drawn}");
+        }
+        browser.evaluate("document.querySelector('#replay .card button').click()");
+        browser.wait_for("Number(document.querySelector('#replay input').value) > 20");
+        let beyond = browser.evaluate(BEYOND);
+        assert_eq!(beyond, json!(0), "{width} px: the page is wider than the window");
+        let complaints = browser.complaints();
+        assert!(complaints.is_empty(), "{theme}: {complaints:#?}");
+        assert_eq!(browser.requests(), [format!("file://{}", page.display())]);
+    }
 }
 
 #[test]

@@ -7,10 +7,10 @@ use super::scan::Scan;
 use crate::campaign::{Campaign, CampaignError, MEASURES, Row};
 use crate::replay3d::{FrameRecorder, Track};
 
-/// Flights that are replayed for their guarantees, in each variant.
-const WORST: usize = 4;
+/// Flights that are replayed, shared between the variants.
+const FLIGHTS: usize = 16;
 /// Frames of a flight.
-const FRAMES: usize = 400;
+const FRAMES: usize = 300;
 /// The measure by which a run is the best or a typical one.
 const RANKED_BY: &str = "position_error_rms";
 
@@ -59,20 +59,23 @@ fn choose_of(campaign: &Campaign, scan: &Scan, variant: usize) -> Vec<Choice> {
     let mut worst: Vec<_> = tallies
         .filter_map(|(guarantee, tally)| {
             let tally = tally.as_ref()?;
-            tally.tightest.runs().first().map(|run| (tally.violated == 0, guarantee.name, run.seed))
+            let stands_out = tally.violated > 0 || tally.tightest.is_distinct();
+            let run = tally.tightest.runs().first().filter(|_| stands_out)?;
+            Some((tally.violated == 0, guarantee.name, run.seed))
         })
         .collect();
     worst.sort_by_key(|(held, ..)| *held);
+    let most = (FLIGHTS / campaign.variants().len()).saturating_sub(2).max(1);
     for (held, name, seed) in worst {
         let reason = if held { "tightest" } else { "worst" };
-        choose(seed, format!("{reason} {name}"), WORST);
+        choose(seed, format!("{reason} {name}"), most);
     }
     let ranked = ranked(scan, variant);
     if let Some((_, seed)) = ranked.get(ranked.len() / 2) {
-        choose(*seed, "typical".to_owned(), WORST + 1);
+        choose(*seed, "typical".to_owned(), most + 1);
     }
     if let Some((_, seed)) = ranked.first() {
-        choose(*seed, "best".to_owned(), WORST + 2);
+        choose(*seed, "best".to_owned(), most + 2);
     }
     chosen
 }

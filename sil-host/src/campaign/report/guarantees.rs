@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::scan::{Scan, VariantScan};
-use super::summary::probability;
+use super::summary::{probability, swatch};
 use super::tally::Tally;
 use crate::campaign::{Campaign, Guarantee};
 use crate::figure::svg::escape;
@@ -24,7 +24,7 @@ pub fn section(campaign: &Campaign, scan: &Scan) -> String {
     );
     for (index, (variant, counts)) in campaign.variants().iter().zip(&scan.variants).enumerate() {
         let name = escape(&variant.name);
-        let _ = writeln!(page, "<h3><span class=\"swatch v{index}\"></span>{name}</h3>");
+        let _ = writeln!(page, "<h3>{}{name}</h3>", swatch(index));
         page.push_str(HEADINGS);
         page += &rows(campaign, counts);
         page.push_str("</tbody></table></div>\n");

@@ -15,31 +15,10 @@ use crate::figure::svg::escape;
 /// Never: the data are plain numbers and texts.
 #[must_use]
 pub fn html(campaign: &Campaign, scan: &Scan, document: &Document) -> String {
-    let name = escape(campaign.name());
-    let mut page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">{}\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-         <title>{name}</title>\n<style>\n{}{}</style>\n{}</head><body>\n\
-         <header><div><h1>{name}</h1>\n<p>{}</p></div>\
-         <button id=\"theme\" type=\"button\">Dark theme</button></header>\n",
-        asset::CONTENT_POLICY,
-        asset::PAGE_STYLE,
-        asset::REPORT_STYLE,
-        asset::scripts(&[asset::THEME]),
-        escape(&campaign.definition().description),
-    );
-    page += &sections(campaign, scan);
-    page.push_str(
-        "<noscript><p class=\"fail\">Charts and replays need JavaScript; nothing is loaded from \
-         anywhere.</p></noscript>\n\
-         <div id=\"tooltip\" role=\"tooltip\" hidden></div>\n\
-         <div id=\"copied\" role=\"status\" hidden></div>\n",
-    );
-    page += &asset::data(&serde_json::to_string(document).expect("numbers and texts"));
-    page += &asset::scripts(&asset::REPLAY);
-    page += &asset::scripts(&asset::REPORT);
-    page.push_str("</body></html>\n");
-    page
+    let json = serde_json::to_string(document).expect("numbers and texts");
+    asset::beginning(campaign.name(), &campaign.definition().description)
+        + &sections(campaign, scan)
+        + &asset::end(&json, &asset::REPORT)
 }
 
 /// Links to all sections, and the sections; those that scripts fill are empty.

@@ -52,9 +52,10 @@ fn table(campaign: &Campaign, scan: &Scan) -> String {
     for (index, (variant, counts)) in campaign.variants().iter().zip(&scan.variants).enumerate() {
         let _ = writeln!(
             table,
-            "<tr><th><span class=\"swatch v{index}\"></span>{}</th><td>{}</td><td class=\"n\">{}</td>\
+            "<tr><th>{}{}</th><td>{}</td><td class=\"n\">{}</td>\
              <td class=\"n\">{}</td><td class=\"n{}\">{}</td><td>{}</td><td class=\"n\">{}</td>\
              <td class=\"n\">{}</td></tr>",
+            swatch(index),
             escape(&variant.name),
             escape(&variant.scenario),
             counts.flown(),
@@ -92,6 +93,11 @@ fn refusals(campaign: &Campaign, scan: &Scan) -> String {
         }
     }
     list
+}
+
+/// A patch in the colour of a variant; colours repeat after the last, as they do in `theme.js`.
+pub(super) fn swatch(variant: usize) -> String {
+    format!("<span class=\"swatch v{}\"></span>", variant % 6)
 }
 
 /// The bounds in words: two-sided, or one-sided when nothing was violated.

@@ -38,6 +38,16 @@ impl Tightest {
         }
     }
 
+    /// Whether the tightest run stands out from those after it: not where all reach the same value,
+    /// as a saturated torque does.
+    #[must_use]
+    pub fn is_distinct(&self) -> bool {
+        match (self.kept.first(), self.kept.last()) {
+            (Some(first), Some(last)) => self.kept.len() == 1 || first.margin != last.margin,
+            _ => false,
+        }
+    }
+
     /// Those kept, the tightest first.
     #[must_use]
     pub fn runs(&self) -> &[Close] {
@@ -57,5 +67,19 @@ mod tests {
         }
         let seeds: Vec<_> = tightest.runs().iter().map(|run| run.seed).collect();
         assert_eq!(seeds, [3, 2, 5]);
+        assert!(tightest.is_distinct());
+    }
+
+    #[test]
+    fn equal_margins_do_not_stand_out() {
+        let mut tightest = Tightest::new(2);
+        assert!(!tightest.is_distinct());
+        let run = |seed, margin| Close { margin, observed: None, seed };
+        tightest.push(run(1, 0.0));
+        assert!(tightest.is_distinct(), "a single run");
+        tightest.push(run(2, 0.0));
+        assert!(!tightest.is_distinct());
+        tightest.push(run(3, -1.0));
+        assert!(tightest.is_distinct());
     }
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::scan::Scan;
+use super::summary::swatch;
 use super::tightest::Close;
 use crate::campaign::{Campaign, Guarantee, Variant};
 use crate::figure::svg::escape;
@@ -35,12 +36,14 @@ fn tightest(
     worst: &Close,
     runs: &[Close],
 ) -> String {
-    let unit = escape(guarantee.unit);
+    let unit = if guarantee.unit == "-" { "1" } else { guarantee.unit };
+    let unit = escape(unit);
     let mut page = format!(
-        "<details><summary><span class=\"swatch v{index}\"></span>{}, {}: {}, seed {}</summary>\n\
+        "<details><summary>{}{}, {}: {}, seed {}</summary>\n\
          <div class=\"table\"><table><thead><tr><th class=\"n\">seed</th>\
          <th class=\"n\">observed [{unit}]</th><th class=\"n\">margin [{unit}]</th>\
          <th>command</th></tr></thead><tbody>\n",
+        swatch(index),
         escape(&variant.name),
         escape(guarantee.name),
         margin(worst, &unit),
@@ -88,9 +91,9 @@ fn violations(campaign: &Campaign, scan: &Scan) -> String {
         let variant = &campaign.variants()[row.variant];
         let _ = writeln!(
             page,
-            "<tr><td class=\"n\">{}</td><th><span class=\"swatch v{}\"></span>{}</th><td class=\"reason\">{}</td>{}</tr>",
+            "<tr><td class=\"n\">{}</td><th>{}{}</th><td class=\"reason\">{}</td>{}</tr>",
             row.seed,
-            row.variant,
+            swatch(row.variant),
             escape(&variant.name),
             escape(&row.reason),
             command(campaign, row.seed, variant)
@@ -106,6 +109,6 @@ fn command(campaign: &Campaign, seed: u32, variant: &Variant) -> String {
     };
     let command = escape(&campaign.replay_command(index, variant));
     format!(
-        "<td class=\"command\"><button data-command=\"{command}\">Copy</button><code>{command}</code></td>"
+        "<td class=\"command\"><button type=\"button\">Copy</button><code>{command}</code></td>"
     )
 }
