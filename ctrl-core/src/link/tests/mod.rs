@@ -3,6 +3,7 @@
 mod damage;
 mod documented;
 mod frames;
+mod million;
 mod parameters;
 mod sizes;
 mod uploads;
