@@ -9,7 +9,7 @@ use super::error::{Origin, ScenarioError, with_hint};
 
 /// A TOML text with a name, and the changes made to it.
 #[derive(Clone, Debug)]
-pub(super) struct ScenarioText {
+pub(crate) struct ScenarioText {
     name: String,
     original: Document<String>,
     effective: String,
@@ -24,7 +24,7 @@ struct Override {
 
 impl ScenarioText {
     /// Parses TOML; `name` is what errors call it.
-    pub(super) fn parse(name: &str, text: &str) -> Result<Self, ScenarioError> {
+    pub(crate) fn parse(name: &str, text: &str) -> Result<Self, ScenarioError> {
         let parsed = Document::parse(text.to_owned());
         let original = parsed.map_err(|error| ScenarioError {
             origin: Origin::File {
@@ -38,12 +38,12 @@ impl ScenarioText {
     }
 
     /// The text with all changes made.
-    pub(super) fn effective(&self) -> &str {
+    pub(crate) fn effective(&self) -> &str {
         &self.effective
     }
 
     /// Makes one change, written `path=value`; a value that is no TOML is taken as a string.
-    pub(super) fn set(&mut self, change: &str) -> Result<(), ScenarioError> {
+    pub(crate) fn set(&mut self, change: &str) -> Result<(), ScenarioError> {
         let refuse = |key: &str, message: &str| ScenarioError {
             origin: Origin::Override(change.to_owned()),
             key: key.to_owned(),
@@ -67,7 +67,7 @@ impl ScenarioText {
     }
 
     /// The text as a value; errors name line and key.
-    pub(super) fn deserialize<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
+    pub(crate) fn deserialize<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
         toml_edit::de::from_str(&self.effective).map_err(|error| {
             let path = error
                 .span()
@@ -81,7 +81,7 @@ impl ScenarioText {
     }
 
     /// An error about the value at `path`.
-    pub(super) fn error(&self, path: &[String], message: String) -> ScenarioError {
+    pub(crate) fn error(&self, path: &[String], message: String) -> ScenarioError {
         let origin = match self.overrides.iter().rfind(|change| self.concerns(change, path)) {
             Some(change) => Origin::Override(change.written.clone()),
             None => Origin::File { name: self.name.clone(), line: self.line_of(path) },
@@ -98,7 +98,7 @@ impl ScenarioText {
     }
 
     /// Whether the text has a value or table at `path`.
-    pub(super) fn contains(&self, path: &[String]) -> bool {
+    pub(crate) fn contains(&self, path: &[String]) -> bool {
         Document::parse(self.effective.as_str())
             .is_ok_and(|document| item_at(document.as_table(), path).is_some())
     }
