@@ -1,8 +1,11 @@
 //! Software-in-the-loop harness: flies the controllers of `ctrl-core` against a simulated vehicle.
 //!
 //! A [`scenario`] is read from TOML; its flight runs in [`closed_loop`] against the [`plant`];
-//! every tick is a [`sample`] that observers see, among them the monitors of the [`guarantee`]s. [`pil`] puts the firmware's image in the controller's place.
+//! every tick is a [`sample`] that observers see, among them the monitors of the [`guarantee`]s.
+//! [`pil`] puts the firmware's image in the controller's place; a [`campaign`] flies a scenario many
+//! times.
 
+pub mod campaign;
 pub mod cli;
 pub mod closed_loop;
 pub mod figure;

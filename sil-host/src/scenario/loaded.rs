@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ctrl_core::error::ConfigError;
 
-use super::document::ScenarioText;
+use super::document::TomlText;
 use super::error::{Origin, ScenarioError};
 use super::{AnyFlight, BUILT_IN, BuiltIn, Scenario, validation};
 
@@ -12,7 +12,7 @@ use super::{AnyFlight, BUILT_IN, BuiltIn, Scenario, validation};
 #[derive(Clone, Debug)]
 pub struct LoadedScenario {
     scenario: Scenario,
-    text: ScenarioText,
+    text: TomlText,
 }
 
 impl LoadedScenario {
@@ -38,8 +38,8 @@ impl LoadedScenario {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn parse(name: &str, text: &str, changes: &[String]) -> Result<Self, ScenarioError> {
-        let mut text = ScenarioText::parse(name, text)?;
-        changes.iter().try_for_each(|change| text.set(change))?;
+        let mut text = TomlText::parse(name, text)?;
+        text.set(changes)?;
         let scenario: Scenario = text.deserialize()?;
         if let Some((path, message)) = validation::first_fault(&scenario) {
             return Err(
@@ -49,6 +49,17 @@ impl LoadedScenario {
         let loaded = Self { scenario, text };
         loaded.flight()?;
         Ok(loaded)
+    }
+
+    /// Whether a scenario can be read after the changes: every field is known and of its type, but
+    /// may be out of its range.
+    ///
+    /// # Errors
+    /// Names file, line and key, or the change.
+    pub fn check_fields(name: &str, text: &str, changes: &[String]) -> Result<(), ScenarioError> {
+        let mut text = TomlText::parse(name, text)?;
+        text.set(changes)?;
+        text.deserialize::<Scenario>().map(drop)
     }
 
     /// The scenario.

@@ -479,7 +479,7 @@ fn rounded_down(x: f64) -> f64 {
 }
 
 /// To four significant digits, not below `x`.
-fn rounded_up(x: f64) -> f64 {
+pub(super) fn rounded_up(x: f64) -> f64 {
     to_digits(x, f64::ceil)
 }
 

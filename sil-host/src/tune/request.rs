@@ -5,7 +5,7 @@ use ctrl_core::vehicle::{GRAVITY, InitialEstimate, Interval, Uncertainty};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::scenario::document::ScenarioText;
+use crate::scenario::document::TomlText;
 use crate::scenario::{BuiltIn, ControllerConfig, LoadedScenario, Scenario, ScenarioError};
 
 /// Everything that gains are made from.
@@ -140,7 +140,7 @@ impl Request {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn parse(name: &str, text: &str, flags: WantedOptions) -> Result<Self, ScenarioError> {
-        let document = ScenarioText::parse(name, text)?;
+        let document = TomlText::parse(name, text)?;
         let request = if document.contains(&["controller".to_owned()]) {
             from_scenario(LoadedScenario::parse(name, text, &[])?.scenario(), flags)
         } else {
@@ -158,7 +158,7 @@ impl Request {
             None => Ok(self),
             Some((path, message)) => {
                 let path: Vec<_> = path.split('.').map(str::to_owned).collect();
-                Err(ScenarioText::parse(name, text)?.error(&path, message))
+                Err(TomlText::parse(name, text)?.error(&path, message))
             }
         }
     }

@@ -36,18 +36,22 @@ pub struct Ultimate {
     pub mean: Bounds,
     /// At any instant, from the peaks of the loops at hover.
     pub peak: Bounds,
+    /// Largest acceleration that the linear position loop asks of `M1` in these peaks [m/s^2]; above `M1`
+    /// there is no peak of the position.
+    pub position_demand: f64,
 }
 
 impl Ultimate {
     /// Of `law`.
     #[must_use]
     pub fn new(law: &ControllerConfig) -> Self {
-        Self { mean: mean(law), peak: peak(law) }
+        let (peak, position_demand) = peak(law);
+        Self { mean: mean(law), peak, position_demand }
     }
 }
 
 /// Peaks of each loop over the ends of inertia, estimate and mass.
-fn peak(law: &ControllerConfig) -> Bounds {
+fn peak(law: &ControllerConfig) -> (Bounds, f64) {
     let hover = Hover::new(law);
     let nominal = nominal(law);
     let (mut lateral, mut heading) = (Peaks::default(), Peaks::default());
@@ -69,13 +73,16 @@ fn peak(law: &ControllerConfig) -> Bounds {
     }
     let norm = |x: f64, y: f64, z: f64| Some(x.hypot(y).hypot(z)).filter(|x| x.is_finite());
     let [along, up] = [lateral.position, vertical.position].map(|x| outside_linear(&hover, x));
-    Bounds {
+    let stiffness = f64::from(hover.cascade.k1) * f64::from(hover.cascade.m1);
+    let demand = stiffness * lateral.position.max(vertical.position);
+    let bounds = Bounds {
         position: norm(along, along, up),
         attitude: norm(lateral.attitude, lateral.attitude, heading.attitude),
         tilt: norm(lateral.tilt, lateral.tilt, 0.0),
         heading: norm(lateral.tilt, heading.tilt, 0.0),
         rate_error: norm(lateral.rate_error, lateral.rate_error, heading.rate_error),
-    }
+    };
+    (bounds, demand)
 }
 
 /// A position error [m] of the linear loop as that of `M1 tanh(k1 e)`, which gives way: infinite where

@@ -1,0 +1,326 @@
+//! The results as a table: `runs.csv`, a row a run and variant, by seed and then by variant.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::error::CampaignError;
+use super::measures::MEASURES;
+use super::plan::Campaign;
+use super::row::{Observed, Outcome, Row};
+
+/// File of the definition in a directory of results.
+pub const DEFINITION: &str = "campaign.toml";
+/// File of the table in a directory of results.
+pub const TABLE: &str = "runs.csv";
+
+const KEPT: &str = "kept";
+const BROKEN: &str = "broken";
+/// Columns before the varied values and between them and the measures.
+const FIRST: [&str; 2] = ["seed", "variant"];
+const VERDICT: [&str; 3] = ["outcome", "reason", "assumptions"];
+
+/// Names of the columns, in order.
+#[must_use]
+pub fn columns(campaign: &Campaign) -> Vec<String> {
+    let parameters = campaign.parameters().iter().map(|parameter| parameter.path.clone());
+    let guarantees = campaign.guarantees().iter();
+    let guarantees =
+        guarantees.flat_map(|it| [format!("{}.observed", it.key), format!("{}.margin", it.key)]);
+    let first = FIRST.map(str::to_owned).into_iter().chain(parameters);
+    let middle = VERDICT.iter().copied().chain(MEASURES.iter().map(|measure| measure.key));
+    first.chain(middle.map(str::to_owned)).chain(guarantees).collect()
+}
+
+/// The line that names the columns, with its end.
+#[must_use]
+pub fn header(campaign: &Campaign) -> String {
+    let mut line = Line::default();
+    columns(campaign).iter().for_each(|name| line.text(name));
+    line.end()
+}
+
+/// A row as a line of the table, with its end.
+#[must_use]
+pub fn line(campaign: &Campaign, row: &Row) -> String {
+    let mut line = Line::default();
+    line.text(&row.seed.to_string());
+    line.text(&campaign.variants()[row.variant].name);
+    row.parameters.iter().for_each(|value| line.number(Some(*value)));
+    line.text(row.outcome.name());
+    line.text(&row.reason);
+    line.text(if row.assumptions_kept { KEPT } else { BROKEN });
+    row.measures.iter().for_each(|value| line.number(*value));
+    for guarantee in &row.guarantees {
+        line.number(guarantee.observed);
+        line.number(guarantee.margin);
+    }
+    line.end()
+}
+
+/// A line in the making: cells, each with a comma after it.
+#[derive(Default)]
+struct Line(String);
+
+impl Line {
+    /// A cell, in quotes where it needs them; it must hold no line break.
+    fn text(&mut self, text: &str) {
+        if text.contains([',', '"', '\n', '\r']) {
+            self.0.push('"');
+            self.0.push_str(&text.replace(['\n', '\r'], " ").replace('"', "\"\""));
+            self.0.push('"');
+        } else {
+            self.0.push_str(text);
+        }
+        self.0.push(',');
+    }
+
+    /// The shortest decimals that read back as the same number.
+    fn number(&mut self, value: Option<f64>) {
+        if let Some(value) = value {
+            self.0.push_str(zmij::Buffer::new().format(value));
+        }
+        self.0.push(',');
+    }
+
+    fn end(mut self) -> String {
+        self.0.pop();
+        self.0.push('\n');
+        self.0
+    }
+}
+
+/// A directory of results: the campaign that it holds, and the table of its runs.
+#[derive(Clone, Debug)]
+pub struct Results {
+    directory: PathBuf,
+    campaign: Campaign,
+}
+
+impl Results {
+    /// Reads the definition in `directory`.
+    ///
+    /// # Errors
+    /// When there is none or it is not valid.
+    pub fn open(directory: &Path) -> Result<Self, CampaignError> {
+        let path = directory.join(DEFINITION);
+        let text = std::fs::read_to_string(&path).map_err(CampaignError::io(&path))?;
+        let name = path.display().to_string();
+        let campaign = Campaign::parse(&name, &text, directory, &[], &[])?;
+        Ok(Self { directory: directory.to_owned(), campaign })
+    }
+
+    /// Where they are.
+    #[must_use]
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// The campaign.
+    #[must_use]
+    pub fn campaign(&self) -> &Campaign {
+        &self.campaign
+    }
+
+    /// The rows from the first on, one at a time: the table may be larger than memory.
+    ///
+    /// # Errors
+    /// When the table cannot be read or has other columns than this program writes.
+    pub fn rows(&self) -> Result<RowReader<'_, File>, CampaignError> {
+        let path = self.directory.join(TABLE);
+        let file = File::open(&path).map_err(CampaignError::io(&path))?;
+        RowReader::new(&self.campaign, file, &path)
+    }
+}
+
+/// Reads a table row by row; ends after the first error.
+#[derive(Debug)]
+pub struct RowReader<'a, R> {
+    campaign: &'a Campaign,
+    records: csv::Reader<R>,
+    record: csv::StringRecord,
+    path: PathBuf,
+    failed: bool,
+}
+
+impl<'a, R: Read> RowReader<'a, R> {
+    /// Reads from `input`, which needs no buffer of its own; `path` is what errors call it.
+    ///
+    /// # Errors
+    /// When it cannot be read or has other columns than this program writes.
+    pub fn new(campaign: &'a Campaign, input: R, path: &Path) -> Result<Self, CampaignError> {
+        let mut records = csv::Reader::from_reader(input);
+        let header = records.headers().map_err(|error| unreadable(path, &error))?;
+        if !header.iter().eq(columns(campaign)) {
+            let message = "has other columns than this program writes for its campaign.toml";
+            return Err(CampaignError::Results(path.to_owned(), message.to_owned()));
+        }
+        let record = csv::StringRecord::new();
+        Ok(Self { campaign, records, record, path: path.to_owned(), failed: false })
+    }
+
+    /// Bytes of the table up to the end of the row that was read last.
+    #[must_use]
+    pub fn position(&self) -> u64 {
+        self.records.position().byte()
+    }
+
+    fn read(&mut self) -> Result<Option<Row>, CampaignError> {
+        let more = self.records.read_record(&mut self.record);
+        if !more.map_err(|error| unreadable(&self.path, &error))? {
+            return Ok(None);
+        }
+        row(self.campaign, &self.record).map(Some).ok_or_else(|| {
+            let line = self.record.position().map_or(0, csv::Position::line);
+            CampaignError::Results(self.path.clone(), format!("line {line} is not a row of runs"))
+        })
+    }
+}
+
+impl<R: Read> Iterator for RowReader<'_, R> {
+    type Item = Result<Row, CampaignError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.failed {
+            return None;
+        }
+        let row = self.read();
+        self.failed = row.is_err();
+        row.transpose()
+    }
+}
+
+fn unreadable(path: &Path, error: &csv::Error) -> CampaignError {
+    CampaignError::Results(path.to_owned(), error.to_string())
+}
+
+/// The row that a record holds; none if it does not hold one.
+fn row(campaign: &Campaign, record: &csv::StringRecord) -> Option<Row> {
+    let mut cells = record.iter();
+    let seed = cells.next()?.parse().ok()?;
+    let variant = cells.next()?;
+    let variant = campaign.variants().iter().position(|known| known.name == variant)?;
+    let parameters = cells.by_ref().take(campaign.parameters().len());
+    let parameters = parameters.map(|cell| cell.parse().ok()).collect::<Option<_>>()?;
+    let outcome = Outcome::named(cells.next()?)?;
+    let reason = cells.next()?.to_owned();
+    let assumptions_kept = match cells.next()? {
+        KEPT => true,
+        BROKEN => false,
+        _ => return None,
+    };
+    let measures = cells.by_ref().take(MEASURES.len()).map(number).collect::<Option<_>>()?;
+    let mut guarantees = Vec::with_capacity(campaign.guarantees().len());
+    while let (Some(observed), Some(margin)) = (cells.next(), cells.next()) {
+        guarantees.push(Observed { observed: number(observed)?, margin: number(margin)? });
+    }
+    Some(Row { seed, variant, parameters, outcome, reason, assumptions_kept, measures, guarantees })
+}
+
+/// The number in a cell, which may be empty; none if it is something else.
+#[allow(clippy::option_option, reason = "an empty cell is not a fault")]
+fn number(cell: &str) -> Option<Option<f64>> {
+    if cell.is_empty() { Some(None) } else { cell.parse().ok().map(Some) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TWO_VARIANTS: &str = r#"
+name = "two"
+description = "Both controllers."
+sampling = "monte_carlo"
+runs = 4
+first_seed = 7
+[[variant]]
+name = "first"
+scenario = "paper-robust-adaptive"
+[[variant]]
+name = "second"
+scenario = "paper-saturated"
+set = ["duration=3"]
+[[vary]]
+path = "vehicle.inertia"
+rigid_body = { lower = 0.03, upper = 0.12 }
+[[vary]]
+path = "vehicle.mass"
+normal = { mean = 0.85, deviation = 0.05 }
+"#;
+
+    fn campaign() -> Campaign {
+        Campaign::parse("two.toml", TWO_VARIANTS, Path::new(""), &[], &[]).unwrap()
+    }
+
+    fn rows() -> Vec<Row> {
+        let campaign = campaign();
+        let guarantees = campaign.guarantees().len();
+        let row = |index: u32, outcome, reason: &str| Row {
+            seed: campaign.seed(index),
+            variant: index as usize % 2,
+            parameters: campaign.values(index),
+            outcome,
+            reason: reason.to_owned(),
+            assumptions_kept: index != 2,
+            measures: (0..MEASURES.len()).map(|i| (i % 3 != 0).then(|| i as f64 / 3.0)).collect(),
+            guarantees: vec![
+                Observed { observed: Some(f64::NEG_INFINITY), margin: None };
+                guarantees
+            ],
+        };
+        vec![
+            row(0, Outcome::Held, ""),
+            row(1, Outcome::Violated, "thrust, highest; \"quoted\""),
+            row(2, Outcome::Refused, "a, b"),
+        ]
+    }
+
+    #[test]
+    fn rows_read_back_as_written() {
+        let campaign = campaign();
+        let rows = rows();
+        let mut text = header(&campaign);
+        rows.iter().for_each(|row| text += &line(&campaign, row));
+        let read = RowReader::new(&campaign, text.as_bytes(), Path::new(TABLE)).unwrap();
+        assert_eq!(read.collect::<Result<Vec<_>, _>>().unwrap(), rows);
+    }
+
+    #[test]
+    fn columns_are_named_after_fields_measures_and_guarantees() {
+        let columns = columns(&campaign());
+        let expected = ["seed", "variant", "vehicle.inertia[0]", "vehicle.inertia[1]"];
+        assert_eq!(columns[..4], expected);
+        let expected = ["vehicle.inertia[2]", "vehicle.mass", "outcome", "reason", "assumptions"];
+        assert_eq!(columns[4..9], expected);
+        assert!(columns.iter().any(|it| it == "thrust_highest_against_m_f.margin"));
+        let unique: std::collections::HashSet<_> = columns.iter().collect();
+        assert_eq!(unique.len(), columns.len());
+    }
+
+    #[test]
+    fn what_is_no_row_is_named_with_its_line() {
+        let campaign = campaign();
+        let start = header(&campaign) + &line(&campaign, &rows()[0]);
+        let fault = |text: String| {
+            let rows = RowReader::new(&campaign, text.as_bytes(), Path::new(TABLE)).unwrap();
+            let read: Result<Vec<_>, _> = rows.collect();
+            read.expect_err("refused").to_string()
+        };
+        let other = line(&campaign, &rows()[1]).replace("second", "third");
+        assert_eq!(fault(start.clone() + &other), "runs.csv: line 3 is not a row of runs");
+        assert!(fault(start + "8,first,0.1\n").contains("line: 3"));
+        let error = RowReader::new(&campaign, "seed,name\n".as_bytes(), Path::new(TABLE)).err();
+        assert!(error.expect("refused").to_string().contains("other columns"));
+    }
+
+    #[test]
+    fn the_definition_of_the_results_is_complete_and_stands_for_itself() {
+        let campaign = campaign();
+        let text = campaign.text();
+        let again =
+            Campaign::parse("campaign.toml", &text, Path::new("nowhere"), &[], &[]).unwrap();
+        assert_eq!(again.text(), text);
+        assert_eq!(again.values(3), campaign.values(3));
+        assert!(text.contains("[scenarios]") && text.contains("[controller.saturated]"), "{text}");
+    }
+}
