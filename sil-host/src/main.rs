@@ -3,11 +3,12 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use sil_host::cli::{Cli, Command, PilArguments, RunArguments};
+use sil_host::cli::{Cli, Command, PilArguments, RunArguments, TuneArguments};
 use sil_host::pil::{PilError, pil};
 use sil_host::report;
 use sil_host::run::{RunError, run};
 use sil_host::scenario::{BUILT_IN, BuiltIn};
+use sil_host::tune::{TuneError, tune};
 
 const VIOLATED: u8 = 1;
 const WRONG_USAGE: u8 = 2;
@@ -20,6 +21,7 @@ fn main() -> ExitCode {
         Command::Show { name } => show(&name),
         Command::Run(arguments) => fly(&arguments),
         Command::Pil(arguments) => fly_on_vehicle(&arguments),
+        Command::Tune(arguments) => propose(&arguments),
     }
 }
 
@@ -46,6 +48,14 @@ fn fly_on_vehicle(arguments: &PilArguments) -> ExitCode {
     verdict(pil(arguments), |error| match error {
         PilError::Run(error) => run_failure(error),
         _ => VEHICLE_FAILED,
+    })
+}
+
+fn propose(arguments: &TuneArguments) -> ExitCode {
+    verdict(tune(arguments), |error| match error {
+        TuneError::Infeasible(_) => VIOLATED,
+        TuneError::Output(..) => NOT_WRITTEN,
+        TuneError::Request(_) | TuneError::Check(_) => WRONG_USAGE,
     })
 }
 

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
 use super::proposal::Proposal;
@@ -17,13 +18,13 @@ const TILT_MAX: f64 = 30.0;
 /// What the check found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
-    /// Flights, and how many of them kept every guarantee.
+    /// Flights.
     pub flights: u32,
     /// Flights that kept every guarantee.
     pub held: u32,
     /// What was predicted and the worst that was seen.
     pub comparisons: Vec<Comparison>,
-    /// What went wrong in the others, each sentence once.
+    /// What went wrong in the others, a sentence each.
     pub reasons: Vec<String>,
 }
 
@@ -48,43 +49,34 @@ impl Check {
     }
 }
 
-/// Flies the check of `proposal`; `progress` is called after every run with the share done.
+/// Flies the check of `proposal` on every core.
 ///
 /// # Errors
 /// When the campaign cannot be read: a fault of this program.
-pub fn check(proposal: &Proposal, mut progress: impl FnMut(f64)) -> Result<Check, CampaignError> {
+pub fn check(proposal: &Proposal) -> Result<Check, CampaignError> {
     let campaign = campaign(proposal)?;
     let columns = campaign.guarantees();
-    let mut comparisons: Vec<_> = columns
-        .iter()
-        .filter(|column| column.name.ends_with("after settling"))
-        .zip(proposal.bounds())
-        .map(|(column, predicted)| Comparison {
-            name: column.name,
-            predicted,
-            observed: None,
-            unit: column.unit,
-        })
-        .collect();
-    let (mut flights, mut held) = (0, 0);
-    let mut reasons = std::collections::BTreeSet::new();
-    for index in 0..campaign.runs() {
-        for row in fly(&campaign, index) {
-            flights += 1;
-            held += u32::from(row.outcome == Outcome::Held);
-            if row.outcome != Outcome::Held {
-                let variant = &campaign.variants()[row.variant].name;
-                reasons.insert(format!("seed {}, {variant}: {}", row.seed, row.reason));
-            }
-            for comparison in &mut comparisons {
-                let column = columns.iter().position(|column| column.name == comparison.name);
-                let seen = column.and_then(|column| row.guarantees[column].observed);
-                comparison.observed = worse(comparison.observed, seen);
-            }
-        }
-        progress(f64::from(index + 1) / f64::from(campaign.runs()));
-    }
-    Ok(Check { flights, held, comparisons, reasons: reasons.into_iter().collect() })
+    let runs: Vec<_> =
+        (0..campaign.runs()).into_par_iter().map(|index| fly(&campaign, index)).collect();
+    let rows: Vec<_> = runs.into_iter().flatten().collect();
+    let judged = columns.iter().enumerate().filter(|(_, it)| it.name.ends_with("after settling"));
+    let comparisons = judged.zip(proposal.bounds()).map(|((column, it), predicted)| Comparison {
+        name: it.name,
+        predicted,
+        observed: rows.iter().map(|row| row.guarantees[column].observed).fold(None, worse),
+        unit: it.unit,
+    });
+    let failed = rows.iter().filter(|row| row.outcome != Outcome::Held);
+    let reasons = failed.map(|row| {
+        let variant = &campaign.variants()[row.variant].name;
+        format!("run {}, {variant}: {}", row.seed, row.reason)
+    });
+    Ok(Check {
+        flights: rows.len() as u32,
+        held: rows.iter().filter(|row| row.outcome == Outcome::Held).count() as u32,
+        comparisons: comparisons.collect(),
+        reasons: reasons.collect(),
+    })
 }
 
 /// The larger of two observations; NaN is the largest.

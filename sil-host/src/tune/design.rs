@@ -265,6 +265,7 @@ fn first_guess(request: &Request, factors: &Factors) -> Result<ControllerConfig,
     let position = factors.position * wanted.position_bandwidth;
     let attitude = factors.attitude * wanted.attitude_bandwidth;
     let sum = acceleration(request, position)?;
+    let k5 = auxiliary_gain(request, attitude)?;
     let m1 = rounded_down(0.5 * sum);
     let k1 = rounded(position * position / m1);
     let k2 = rounded(factors.position_damping * wanted.damping * position / m1);
@@ -289,7 +290,7 @@ fn first_guess(request: &Request, factors: &Factors) -> Result<ControllerConfig,
         delta_min_rotation: width(d2, factors.rotation_slope * k4 * inertia, 0.02 * attitude)
             as f32,
     };
-    Ok(assembled(request, cascade, k4, attitude))
+    Ok(assembled(request, cascade, k4, k5, attitude))
 }
 
 /// `k4` with which the attitude about an axis has the damping ratio `damping` at least at the corner that
@@ -311,7 +312,47 @@ fn rate_gain(request: &Request, k3: f64, damping: f64) -> f64 {
     }
 }
 
-fn assembled(request: &Request, cascade: CascadeGains, k4: f64, attitude: f64) -> ControllerConfig {
+/// `k5`, with which half the torque to spare can follow the auxiliary attitude back from half a turn:
+/// `J_hi pi (k5/2)^2` is the most that this takes. At most half the attitude's speed.
+fn auxiliary_gain(request: &Request, attitude: f64) -> Result<f64, Infeasible> {
+    let Some(limits) = request.limits else { return Ok(0.0) };
+    let inertia = f64::from(request.known.inertia.upper);
+    let free = (1.0 - request.wanted.margin) * (1.0 - ROUNDING);
+    let most = free * f64::from(limits.torque_max);
+    let torque =
+        request.lasting_torque + inertia * attitude * attitude * request.wanted.attitude_range;
+    if torque > most {
+        let slower = ((most - request.lasting_torque) / (inertia * request.wanted.attitude_range))
+            .max(0.0)
+            .sqrt();
+        let mut remedies = vec![format!("torque_max >= {} N m", number(rounded_up(torque / free)))];
+        if slower > 0.0 {
+            remedies.push(format!("poles of the attitude at {} rad/s at most", number(slower)));
+        }
+        remedies.push("a smaller wanted.attitude_range or lasting_torque".to_owned());
+        return Err(Infeasible {
+            inequality: format!(
+                "lasting_torque + J_hi bandwidth^2 attitude_range within torque_max, \
+                 the attitude's poles at {} rad/s",
+                number(attitude)
+            ),
+            left: torque,
+            right: most,
+            unit: "N m",
+            remedies,
+        });
+    }
+    let followed = ((most - request.lasting_torque) / (inertia * core::f64::consts::TAU)).sqrt();
+    Ok(rounded_down((2.0 * followed).min(0.5 * attitude)))
+}
+
+fn assembled(
+    request: &Request,
+    cascade: CascadeGains,
+    k4: f64,
+    k5: f64,
+    attitude: f64,
+) -> ControllerConfig {
     let &Request { known, initial, reference_acceleration_max, step_period, limits, .. } = request;
     let cubed = attitude.powi(3);
     match limits {
@@ -333,7 +374,7 @@ fn assembled(request: &Request, cascade: CascadeGains, k4: f64, attitude: f64) -
             thrust_max,
             torque_max,
             k4: k4 as f32,
-            k5: rounded(0.5 * attitude) as f32,
+            k5: k5 as f32,
             gamma2: rounded(ADAPTATION * attitude * k4 / f64::from(torque_max).powi(2)) as f32,
             gamma3: rounded(ADAPTATION * k4 / cubed) as f32,
         }),
@@ -344,8 +385,8 @@ fn assembled(request: &Request, cascade: CascadeGains, k4: f64, attitude: f64) -
 fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Infeasible> {
     let free = (1.0 - request.wanted.margin) * (1.0 - ROUNDING);
     let d1 = f64::from(request.known.disturbance_acceleration);
-    let needed = (2.0 * bandwidth.powi(2) * request.wanted.linear_range).max(2.0 * PUSH * d1);
-    let why = "M1 + M2 >= 2 max(linear_range bandwidth^2, 2 D1)";
+    let needed = (2.0 * bandwidth.powi(2) * request.wanted.position_range).max(2.0 * PUSH * d1);
+    let why = "M1 + M2 >= 2 max(position_range bandwidth^2, 2 D1)";
     let room = thrust_room(request);
     let lift = free * room.lift;
     if needed > lift {
@@ -359,7 +400,7 @@ fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Infeasible> {
                 format!(
                     "reference_acceleration_max + disturbance_acceleration less by {spared} m/s^2"
                 ),
-                "a smaller wanted.position_bandwidth or wanted.linear_range".to_owned(),
+                "a smaller wanted.position_bandwidth or wanted.position_range".to_owned(),
             ],
         });
     }
@@ -397,7 +438,7 @@ fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Infeasible> {
 }
 
 fn lower_demand() -> String {
-    "a smaller wanted.position_bandwidth, wanted.linear_range or disturbance_acceleration"
+    "a smaller wanted.position_bandwidth, wanted.position_range or disturbance_acceleration"
         .to_owned()
 }
 
@@ -435,7 +476,7 @@ const IDLE: CascadeGains = CascadeGains {
 /// From the bounds (19) and (20) as the monitors have them: both are linear in `M1 + M2`.
 fn thrust_room(request: &Request) -> ThrustRoom {
     let with = |m1: f32| {
-        let mut law = assembled(request, IDLE, 1.0, 1.0);
+        let mut law = assembled(request, IDLE, 1.0, 1.0, 1.0);
         law.cascade_mut().m1 = m1;
         law
     };
@@ -487,6 +528,13 @@ fn to_digits(x: f64, round: fn(f64) -> f64) -> f64 {
     if x == 0.0 || !x.is_finite() {
         return x;
     }
-    let unit = 10f64.powi(x.abs().log10().floor() as i32 - 3);
-    round(x / unit) * unit
+    let digits = 3 - x.abs().log10().floor() as i32;
+    // A quotient by a power of ten is the double nearest to the decimal number; a product is not.
+    if digits > 0 {
+        let unit = 10f64.powi(digits);
+        round(x * unit) / unit
+    } else {
+        let unit = 10f64.powi(-digits);
+        round(x / unit) * unit
+    }
 }

@@ -1,6 +1,7 @@
-//! Peaks of a linear loop under disturbances that keep their bounds: the integral of the magnitude of
-//! the impulse response times the bound, which no disturbance within the bound exceeds and one that
-//! switches sign with the response reaches.
+//! Peaks of a linear loop under disturbances that keep their bounds. What may last: the integral of the
+//! magnitude of the impulse response times the bound, which no disturbance within the bound exceeds and
+//! one that switches sign with the response reaches. What has no mean: five standard deviations under
+//! white noise of the step rate.
 
 use glam::{DMat4, DVec4};
 
@@ -52,17 +53,29 @@ const STEPS_MAX: f64 = 2e5;
 /// How often the slopes of the smooth signs are brought in line with the peaks.
 const ITERATIONS: u32 = 40;
 
-/// Peaks of the loop `which` at the inertias and mass of `corner`, under the disturbances' full bounds.
+/// Standard deviations that noise is taken to reach: beyond, once in two million independent values.
+const DEVIATIONS: f64 = 5.0;
+
+/// Bounds of the disturbances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disturbances {
+    /// Of what may last: acceleration [m/s^2] and torque [N m].
+    pub lasting: [f64; 2],
+    /// Of uniform noise, drawn anew at every tick: the same.
+    pub noise: [f64; 2],
+}
+
+/// Peaks of the loop `which` at the inertias and mass of `corner`.
 ///
 /// The smooth sign of a signal up to `x` acts at least with the slope of its secant there,
 /// `1/sqrt(x^2 + delta^2)`. The slopes start at zero signal and fall until they fit the peaks that they
 /// lead to.
 #[must_use]
-pub fn peaks(which: Which, hover: &Hover, corner: &Corner) -> Peaks {
+pub fn peaks(which: Which, hover: &Hover, corner: &Corner, disturbances: &Disturbances) -> Peaks {
     let mut corner = Corner { translation_slope: 1.0, rotation_slope: 1.0, ..*corner };
     let mut found = Peaks::default();
     for _ in 0..ITERATIONS {
-        found = linear_peaks(&which.at(hover, &corner), hover);
+        found = linear_peaks(&which.at(hover, &corner), hover.dt, disturbances);
         let secant = |peak: f64, delta: f32| 1.0 / (peak / f64::from(delta)).hypot(1.0);
         let translation = secant(found.g, hover.cascade.delta_min_translation);
         let rotation = secant(found.rate_error, hover.cascade.delta_min_rotation);
@@ -76,32 +89,40 @@ pub fn peaks(which: Which, hover: &Hover, corner: &Corner) -> Peaks {
     found
 }
 
-fn linear_peaks(of: &Loop, hover: &Hover) -> Peaks {
-    let bounds = [hover.known.disturbance_acceleration, hover.known.disturbance_torque];
+fn linear_peaks(of: &Loop, dt: f64, disturbances: &Disturbances) -> Peaks {
     let poles = of.continuous_poles();
     let slowest = poles.iter().map(|pole| -pole.re).fold(f64::INFINITY, f64::min);
     let fastest = poles.iter().map(|pole| pole.modulus()).fold(0.0, f64::max);
-    if !(slowest > 0.0) {
-        return Peaks { position: f64::INFINITY, ..Peaks::default() }.max(unbounded());
+    if slowest.is_nan() || slowest <= 0.0 {
+        return Peaks::default().zip(Peaks::default(), |_, _| f64::INFINITY);
     }
     let h = 1.0 / (RESOLUTION * fastest);
     let steps = (TAIL / (slowest * h)).min(STEPS_MAX) as u32;
+    let Disturbances { lasting, noise } = *disturbances;
     let mut sum = Peaks::default();
-    for (push, bound) in of.pushes.into_iter().zip(bounds) {
-        if push != DVec4::ZERO && bound > 0.0 {
+    for ((push, lasting), noise) in of.pushes.into_iter().zip(lasting).zip(noise) {
+        if push != DVec4::ZERO && lasting + noise > 0.0 {
             let area = impulse_area(&of.continuous, push, &of.outputs, h, steps);
-            sum = sum.zip(area, |sum, area| sum + f64::from(bound) * area);
+            // A uniform value has a third of its bound's square as variance.
+            let deviation = |square: f64| noise * (dt / 3.0 * square).sqrt();
+            let peak = area.magnitude.zip(area.square, |magnitude, square| {
+                lasting * magnitude + DEVIATIONS * deviation(square)
+            });
+            sum = sum.zip(peak, |sum, peak| sum + peak);
         }
     }
     sum
 }
 
-fn unbounded() -> Peaks {
-    Peaks::default().zip(Peaks::default(), |_, _| f64::INFINITY)
+/// Integrals over an impulse response.
+#[derive(Clone, Copy, Debug, Default)]
+struct Area {
+    magnitude: Peaks,
+    square: Peaks,
 }
 
-/// Integral of the magnitude of each output after the impulse `push` (RK4, trapezoids).
-fn impulse_area(a: &DMat4, push: DVec4, outputs: &Outputs, h: f64, steps: u32) -> Peaks {
+/// Integrals of magnitude and square of each output after the impulse `push` (RK4, trapezoids).
+fn impulse_area(a: &DMat4, push: DVec4, outputs: &Outputs, h: f64, steps: u32) -> Area {
     let advance = rk4(a, h);
     let seen = |x: DVec4| Peaks {
         position: outputs.position.dot(x).abs(),
@@ -111,12 +132,15 @@ fn impulse_area(a: &DMat4, push: DVec4, outputs: &Outputs, h: f64, steps: u32) -
         g: outputs.g.dot(x).abs(),
     };
     let mut x = push;
-    let mut area = Peaks::default();
+    let mut area = Area::default();
     let mut before = seen(x);
     for _ in 0..steps {
         x = advance * x;
         let now = seen(x);
-        area = area.zip(before.zip(now, |a, b| 0.5 * h * (a + b)), |sum, piece| sum + piece);
+        let magnitude = before.zip(now, |a, b| 0.5 * h * (a + b));
+        let square = before.zip(now, |a, b| 0.5 * h * (a * a + b * b));
+        area.magnitude = area.magnitude.zip(magnitude, |sum, piece| sum + piece);
+        area.square = area.square.zip(square, |sum, piece| sum + piece);
         before = now;
     }
     area
@@ -142,7 +166,10 @@ mod tests {
         ]);
         let outputs = Outputs { position: DVec4::X, rate_error: DVec4::Y, ..Outputs::default() };
         let area = impulse_area(&a, DVec4::Y, &outputs, 0.01, 3000);
-        assert!((area.position - 1.0).abs() < 1e-4, "{area:?}");
-        assert!((area.rate_error - 2.0 / 1f64.exp()).abs() < 1e-3, "{area:?}");
+        assert!((area.magnitude.position - 1.0).abs() < 1e-4, "{area:?}");
+        assert!((area.magnitude.rate_error - 2.0 / 1f64.exp()).abs() < 1e-3, "{area:?}");
+        // The squares have 1/4 and 1/4.
+        assert!((area.square.position - 0.25).abs() < 1e-4, "{area:?}");
+        assert!((area.square.rate_error - 0.25).abs() < 1e-2, "{area:?}");
     }
 }

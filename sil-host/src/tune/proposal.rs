@@ -12,6 +12,9 @@ use crate::scenario::ControllerConfig;
 /// Time constants of the slowest mode after which the start counts as forgotten.
 const FORGOTTEN: f64 = 10.0;
 
+/// How long flights are judged after that, in units of the position bandwidth's inverse: three periods.
+const JUDGED: f64 = 20.0;
+
 /// Errors [m, rad] below which a flight is not judged: rounding, and what is left of the start.
 const FLOOR: f64 = 1e-3;
 
@@ -40,7 +43,7 @@ impl Proposal {
     pub fn new(request: Request) -> Result<Self, Infeasible> {
         let law = design(&request)?;
         let surveys = Which::ALL.map(|which| LoopSurvey::new(which, &law)).to_vec();
-        let ultimate = Ultimate::new(&law);
+        let ultimate = Ultimate::new(&law, request.lasting_torque);
         if let Some(error) = out_of_range(&law, &ultimate) {
             return Err(error);
         }
@@ -49,7 +52,7 @@ impl Proposal {
         let width = f64::from(cascade.delta_min_translation.min(cascade.delta_min_rotation));
         let smoothing = (20.0 / width).ln() / f64::from(cascade.delta_1);
         let settle_time = (FORGOTTEN / decay).max(smoothing).ceil();
-        let duration = (settle_time + 40.0 / request.wanted.position_bandwidth).ceil();
+        let duration = (settle_time + JUDGED / request.wanted.position_bandwidth).ceil();
         Ok(Self { request, law, surveys, ultimate, settle_time, duration })
     }
 
@@ -67,7 +70,7 @@ impl Proposal {
         let Self { request, settle_time, duration, .. } = self;
         let known = &request.known;
         let [position, attitude, tilt, heading] = self.bounds();
-        let offset = 0.5 * request.wanted.linear_range;
+        let offset = 0.5 * request.wanted.position_range;
         let inertia = request.initial.inertia;
         format!(
             "# Gains proposed by `sil-host tune`. SI units unless the key says otherwise.
@@ -129,7 +132,7 @@ pub fn controller(law: &ControllerConfig) -> String {
     let kind = law.kind();
     let mut line = |value: f32, name: &str, comment: &str| {
         let assignment = format!("{name} = {value:?}");
-        let _ = writeln!(text, "{assignment:<32}# {comment}");
+        let _ = writeln!(text, "{assignment:<40}# {comment}");
     };
     match law {
         ControllerConfig::RobustAdaptive(config) => {
@@ -153,7 +156,7 @@ pub fn controller(law: &ControllerConfig) -> String {
     let (known, initial, cascade) = (law.uncertainty(), law.initial(), law.cascade());
     let mut line = |value: f32, name: &str, comment: &str| {
         let assignment = format!("{name} = {value:?}");
-        let _ = writeln!(text, "{assignment:<32}# {comment}");
+        let _ = writeln!(text, "{assignment:<40}# {comment}");
     };
     line(cascade.k1, "k1", "position gain inside the saturations [1/m]");
     line(cascade.k2, "k2", "velocity gain inside the saturations [s/m]");
@@ -213,7 +216,7 @@ fn out_of_range(law: &ControllerConfig, ultimate: &Ultimate) -> Option<Infeasibl
             format!("a disturbance_torque below {:?} N m", known.disturbance_torque),
             format!("a disturbance_acceleration below {:?} m/s^2", known.disturbance_acceleration),
             "a larger wanted.attitude_bandwidth".to_owned(),
-            "a larger wanted.linear_range".to_owned(),
+            "a larger wanted.position_range".to_owned(),
         ],
     })
 }

@@ -50,7 +50,9 @@ pub struct Wanted {
     /// Share of the room of every inequality that stays free.
     pub margin: f64,
     /// Position error up to which the position loop stays about linear, `1/k1` at least [m].
-    pub linear_range: f64,
+    pub position_range: f64,
+    /// Attitude error up to which the torque suffices for the attitude's bandwidth [rad]; controller 2.
+    pub attitude_range: f64,
 }
 
 /// `[wanted]` of a vehicle file, or the flags of the same names; what is absent has a default.
@@ -66,7 +68,9 @@ pub struct WantedOptions {
     /// See [`Wanted`]; 0.1.
     pub margin: Option<f64>,
     /// See [`Wanted`]; 0.2 m.
-    pub linear_range: Option<f64>,
+    pub position_range: Option<f64>,
+    /// See [`Wanted`]; 0.15 rad.
+    pub attitude_range: Option<f64>,
 }
 
 impl WantedOptions {
@@ -78,22 +82,42 @@ impl WantedOptions {
             attitude_bandwidth: self.attitude_bandwidth.or(other.attitude_bandwidth),
             damping: self.damping.or(other.damping),
             margin: self.margin.or(other.margin),
-            linear_range: self.linear_range.or(other.linear_range),
+            position_range: self.position_range.or(other.position_range),
+            attitude_range: self.attitude_range.or(other.attitude_range),
         }
     }
 
-    /// With every default filled in.
+    /// With every default filled in; `agility` is the angular acceleration that a controller with
+    /// limited torque has to spare for its manoeuvres [rad/s^2].
     #[must_use]
-    pub fn complete(self) -> Wanted {
+    pub fn complete(self, agility: impl Fn(f64) -> f64) -> Wanted {
         let position_bandwidth = self.position_bandwidth.unwrap_or(0.5);
+        let margin = self.margin.unwrap_or(0.1);
+        let attitude_range = self.attitude_range.unwrap_or(0.15);
+        let fastest = (agility(margin) / attitude_range).max(0.0).sqrt();
         Wanted {
             position_bandwidth,
-            attitude_bandwidth: self.attitude_bandwidth.unwrap_or(5.0 * position_bandwidth),
+            attitude_bandwidth: self
+                .attitude_bandwidth
+                .unwrap_or((5.0 * position_bandwidth).min(0.75 * fastest)),
             damping: self.damping.unwrap_or(0.5),
-            margin: self.margin.unwrap_or(0.1),
-            linear_range: self.linear_range.unwrap_or(0.2),
+            margin,
+            position_range: self.position_range.unwrap_or(0.2),
+            attitude_range,
         }
     }
+}
+
+/// Angular acceleration [rad/s^2] that is left of `limits` for the largest inertia with `margin`, after
+/// the torque that may last.
+fn agility(
+    limits: Option<Limits>,
+    known: &Uncertainty,
+    lasting_torque: f64,
+) -> impl Fn(f64) -> f64 {
+    let torque = limits.map_or(f64::INFINITY, |limits| limits.torque_max.into());
+    let inertia = f64::from(known.inertia.upper);
+    move |margin| ((1.0 - margin) * torque - lasting_torque) / inertia
 }
 
 /// A vehicle file.
@@ -197,10 +221,11 @@ impl Request {
             at("thrust_max", thrust_max, 1e-3, 1e6, "N"),
             at("torque_max", torque_max, 1e-9, 1e6, "N m"),
             at("wanted.position_bandwidth", wanted.position_bandwidth, 0.01, 100.0, "rad/s"),
-            at("wanted.attitude_bandwidth", wanted.attitude_bandwidth, 0.01, 1000.0, "rad/s"),
             at("wanted.damping", wanted.damping, 0.1, 0.95, "of critical damping"),
             at("wanted.margin", wanted.margin, 0.0, 0.9, "of each inequality's room"),
-            at("wanted.linear_range", wanted.linear_range, 1e-3, 1e3, "m"),
+            at("wanted.position_range", wanted.position_range, 1e-3, 1e3, "m"),
+            at("wanted.attitude_range", wanted.attitude_range, 1e-3, 3.0, "rad"),
+            at("wanted.attitude_bandwidth", wanted.attitude_bandwidth, 0.0, 1000.0, "rad/s"),
         ]
         .into_iter()
         .find(|&(_, value, lower, upper, _)| !(lower <= value && value <= upper))
@@ -227,6 +252,7 @@ fn from_vehicle(
         disturbance_torque: file.disturbance_torque,
     };
     let middle = |interval: Interval| libm::sqrtf(interval.lower * interval.upper);
+    let lasting_torque = file.lasting_torque.unwrap_or(file.disturbance_torque.into());
     Ok(Request {
         name: file.name,
         known,
@@ -235,11 +261,11 @@ fn from_vehicle(
             mass: middle(known.mass),
             inertia: Vec3::splat(middle(known.inertia)),
         },
-        lasting_torque: file.lasting_torque.unwrap_or(file.disturbance_torque.into()),
+        lasting_torque,
         reference_acceleration_max: file.reference_acceleration_max,
         step_period: file.step_period,
         limits,
-        wanted: flags.or(file.wanted).complete(),
+        wanted: flags.or(file.wanted).complete(agility(limits, &known, lasting_torque)),
     })
 }
 
@@ -259,14 +285,15 @@ fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
             Some(Limits { thrust_max: config.thrust_max, torque_max: config.torque_max }),
         ),
     };
+    let lasting_torque = lasting.bounds().1.min(known.disturbance_torque.into());
     Request {
         name: format!("{}-tuned", scenario.name),
         known,
         initial: *controller.initial(),
-        lasting_torque: lasting.bounds().1.min(known.disturbance_torque.into()),
+        lasting_torque,
         reference_acceleration_max,
         step_period: controller.step_period(),
         limits,
-        wanted: flags.complete(),
+        wanted: flags.complete(agility(limits, &known, lasting_torque)),
     }
 }

@@ -9,7 +9,7 @@ use ctrl_core::vehicle::GRAVITY;
 use serde::Serialize;
 
 use super::hover::{Corner, Hover};
-use super::peak::{Peaks, peaks};
+use super::peak::{Disturbances, Peaks, peaks};
 use super::survey::{Which, nominal};
 use crate::guarantee::lyapunov::SMOOTHING;
 use crate::scenario::ControllerConfig;
@@ -42,18 +42,23 @@ pub struct Ultimate {
 }
 
 impl Ultimate {
-    /// Of `law`.
+    /// Of `law`, when `lasting_torque` [N m] of `D2` may last and the rest is noise.
     #[must_use]
-    pub fn new(law: &ControllerConfig) -> Self {
-        let (peak, position_demand) = peak(law);
+    pub fn new(law: &ControllerConfig, lasting_torque: f64) -> Self {
+        let (peak, position_demand) = peak(law, lasting_torque);
         Self { mean: mean(law), peak, position_demand }
     }
 }
 
 /// Peaks of each loop over the ends of inertia, estimate and mass.
-fn peak(law: &ControllerConfig) -> (Bounds, f64) {
+fn peak(law: &ControllerConfig, lasting_torque: f64) -> (Bounds, f64) {
     let hover = Hover::new(law);
     let nominal = nominal(law);
+    let [d1, d2] =
+        [hover.known.disturbance_acceleration, hover.known.disturbance_torque].map(f64::from);
+    let disturbances =
+        Disturbances { lasting: [d1, lasting_torque], noise: [0.0, d2 - lasting_torque] };
+    let peaks = |which, corner: &Corner| peaks(which, &hover, corner, &disturbances);
     let (mut lateral, mut heading) = (Peaks::default(), Peaks::default());
     let mut vertical = Peaks::default();
     let ends = |interval: ctrl_core::vehicle::Interval| {
@@ -62,14 +67,14 @@ fn peak(law: &ControllerConfig) -> (Bounds, f64) {
     for inertia in ends(hover.known.inertia) {
         for inertia_estimate in ends(hover.known.inertia) {
             let corner = Corner { inertia, inertia_estimate, ..nominal };
-            lateral = lateral.max(peaks(Which::Lateral, &hover, &corner));
-            heading = heading.max(peaks(Which::Attitude, &hover, &corner));
+            lateral = lateral.max(peaks(Which::Lateral, &corner));
+            heading = heading.max(peaks(Which::Attitude, &corner));
         }
     }
     let adapting = hover.cascade.gamma1 > 0.0;
     let which = if adapting { Which::VerticalAdaptive } else { Which::Vertical };
     for mass in ends(hover.known.mass) {
-        vertical = vertical.max(peaks(which, &hover, &Corner { mass, ..nominal }));
+        vertical = vertical.max(peaks(which, &Corner { mass, ..nominal }));
     }
     let norm = |x: f64, y: f64, z: f64| Some(x.hypot(y).hypot(z)).filter(|x| x.is_finite());
     let [along, up] = [lateral.position, vertical.position].map(|x| outside_linear(&hover, x));
