@@ -11,6 +11,7 @@ pub mod evidence;
 pub mod exchange;
 pub mod flight_control;
 pub mod law;
+pub mod parameter_store;
 pub mod rate_loop;
 pub mod rates;
 pub mod reference_source;
@@ -18,6 +19,7 @@ pub mod replay;
 pub mod rotor_output;
 pub mod scenario;
 pub mod session;
+pub mod stored_parameters;
 pub mod vehicle;
 
 #[cfg(all(target_os = "none", feature = "image"))]

@@ -22,7 +22,9 @@ use defmt_semihosting as _;
 mod app {
     use core::sync::atomic::Ordering::Relaxed;
 
-    use ctrl_core::link::{Decoder, Downlink, Encoder, Health, LinkStatistics, MAX_FRAME, Uplink};
+    use ctrl_core::link::{
+        Decoder, Downlink, Encoder, Health, LinkStatistics, MAX_FRAME, ParametersInForce, Uplink,
+    };
     use ctrl_core::mode::Mode;
     use firmware::board::peripherals::{
         Peripherals, Rotors, WATCHDOG_TIMEOUT, now, start_control_tick,
@@ -31,8 +33,11 @@ mod app {
     use firmware::exchange::{Inbox, Outbox, health};
     use firmware::fault::{UPTIME, fault_before_boot};
     use firmware::flight_control::FlightControl;
+    use firmware::parameter_store::{Found, ParameterStore};
     use firmware::rate_loop::{Due, Group, RateLoop};
+    use firmware::scenario::Flown;
     use firmware::session::{Progress, Session, SessionConfig};
+    use firmware::stored_parameters::{SetError, put_in_force};
     use firmware::{rates, scenario, vehicle};
     use heapless::spsc::{Consumer, Producer, Queue};
     use stm32f4xx_hal::pac::{Interrupt, USART2};
@@ -67,6 +72,7 @@ mod app {
         transmitter: Tx<USART2>,
         encoder: Encoder<Downlink>,
         watchdog: IndependentWatchdog,
+        store: ParameterStore<<Active as Board>::Storage>,
         logged: Logged,
     }
 
@@ -81,7 +87,7 @@ mod app {
     #[init(local = [queue: Queue<u8, RECEIVED> = Queue::new(), session: Option<Session> = None])]
     fn init(mut cx: init::Context) -> (Shared, Local) {
         // build.rs has checked all of these: an error means a damaged image.
-        let (Ok(vehicle), Ok(flown)) = (vehicle::vehicle_config(), scenario::flown()) else {
+        let (Ok(vehicle), Ok(mut flown)) = (vehicle::vehicle_config(), scenario::flown()) else {
             panic!("damaged configuration");
         };
         let mut thrust_max = [0.0; ROTORS];
@@ -94,11 +100,15 @@ mod app {
             firmware::fault::log(report);
             Active::report(report);
         }
+        // May erase, which takes most of a second: the control loop has not begun.
+        let (store, found) = ParameterStore::open(peripherals.storage);
+        let in_force = parameters_in_force(&mut flown, &found);
         let config = SessionConfig::new(Active::NAME, Active::TELEMETRY_PERIOD_MIN, &vehicle);
-        let session = cx.local.session.insert(match Session::new(config, &flown, fault) {
-            Ok(session) => session,
-            Err(_) => panic!("damaged scenario"),
-        });
+        let session =
+            cx.local.session.insert(match Session::new(config, &flown, in_force, fault) {
+                Ok(session) => session,
+                Err(_) => panic!("damaged scenario"),
+            });
         let flight = FlightControl::new(session.law(), &vehicle.supervisor, &vehicle.geometry);
         let Ok(flight) = flight else { panic!("damaged vehicle") };
         let inbox = Inbox {
@@ -137,9 +147,21 @@ mod app {
                 transmitter: peripherals.transmitter,
                 encoder: Encoder::default(),
                 watchdog: peripherals.watchdog,
+                store,
                 logged: Logged::default(),
             },
         )
+    }
+
+    /// Flies with what was found in memory, if it is accepted, and logs it.
+    fn parameters_in_force(flown: &mut Flown, found: &Found) -> ParametersInForce {
+        let (in_force, result) = put_in_force(flown, found);
+        let (origin, generation) = (in_force.origin as u8, in_force.generation);
+        defmt::info!("parameters of origin {=u8}, generation {=u32}", origin, generation);
+        if let Err(SetError::Invalid(error)) = result {
+            defmt::warn!("stored {=str} = {=f32} refused", error.parameter, error.value);
+        }
+        in_force
     }
 
     #[idle]
@@ -280,9 +302,9 @@ mod app {
         Active::transmit(transmitter, frame);
     }
 
-    /// Log, health report, watchdog.
+    /// Log, health report, stored parameters, watchdog.
     #[task(binds = SPI3, priority = 1, shared = [rate_loop, outbox, session, link, health],
-           local = [watchdog, logged])]
+           local = [watchdog, store, logged])]
     fn housekeeping(cx: housekeeping::Context) {
         let housekeeping::SharedResources { mut rate_loop, mut outbox, mut session, .. } =
             cx.shared;
@@ -293,6 +315,10 @@ mod app {
         let progress = outbox.lock(|outbox| outbox.progress);
         log(cx.local.logged, progress, &report);
         health_report.lock(|health| *health = Some(report));
+        if let Some(parameters) = session.lock(|session| session.next_to_store()) {
+            let result = cx.local.store.append(&parameters.encode());
+            session.lock(|session| session.stored(result));
+        }
         let feed = rate_loop.lock(|rate_loop| {
             rate_loop.finish(Group::Housekeeping, now());
             rate_loop.feed_watchdog()

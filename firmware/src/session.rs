@@ -6,8 +6,9 @@
 
 use ctrl_core::error::ConfigError;
 use ctrl_core::link::{
-    Acknowledgement, ControllerKind, Downlink, FaultReport, Identity, ParameterValue, Parameters,
-    PathUpload, Received, Rejection, TrajectorySelection, Uplink,
+    Acknowledgement, ControllerKind, Downlink, FaultReport, Identity, ParameterOrigin,
+    ParameterValue, Parameters, ParametersInForce, PathUpload, Received, Rejection,
+    TrajectorySelection, Uplink,
 };
 use ctrl_core::mode::{Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
@@ -18,8 +19,10 @@ use heapless::{Deque, String};
 
 use crate::evidence::append;
 use crate::law::Law;
+use crate::parameter_store::StoreError;
 use crate::reference_source::{Origin, ReferenceSource};
-use crate::scenario::{Flown, Tuning};
+use crate::scenario::{self, Flown, Tuning};
+use crate::stored_parameters::StoredParameters;
 use crate::vehicle::{LinkConfig, VehicleConfig};
 
 /// Answers that may wait.
@@ -84,16 +87,28 @@ pub struct Session {
     telemetry_period: u16,
     fault: Option<FaultReport>,
     greeted: bool,
+    in_force: ParametersInForce,
+    storage: Option<Storage>,
+}
+
+/// A change of what is stored, until it is done.
+#[derive(Clone, Copy, Debug)]
+struct Storage {
+    sequence: u16,
+    parameters: StoredParameters,
+    begun: bool,
 }
 
 impl Session {
-    /// Begins with the image's controller and trajectory and, after a restart by itself, the report of its fault.
+    /// Begins with a controller and a trajectory, where the controller's parameters came from and,
+    /// after a restart by itself, the report of its fault.
     ///
     /// # Errors
     /// When the chosen controller refuses its numbers or the trajectory.
     pub fn new(
         config: SessionConfig,
         flown: &Flown,
+        in_force: ParametersInForce,
         fault: Option<FaultReport>,
     ) -> Result<Self, ConfigError> {
         let law = Law::new(&flown.tuning)?;
@@ -113,10 +128,12 @@ impl Session {
             dropped: 0,
             telemetry_period: 0,
             greeted: false,
+            in_force,
+            storage: None,
             fault,
             config,
         };
-        session.answer(session.identity(0));
+        session.identify(0);
         if let Some(report) = session.fault.clone() {
             session.answer(Downlink::Fault(report));
         }
@@ -141,13 +158,13 @@ impl Session {
                 self.references.receive(reference, progress.uptime);
                 return;
             }
-            Uplink::Command(command) => match self.commands.push_back((sequence, command)) {
+            Uplink::Command(command) => match self.command(sequence, command) {
                 Ok(()) => return, // answered once the control group has heard it
-                Err(_) => Err(Rejection::NotNow),
+                Err(rejection) => Err(rejection),
             },
             Uplink::Hello => {
                 self.greeted = true;
-                return self.answer(self.identity(progress.uptime));
+                return self.identify(progress.uptime);
             }
             Uplink::ParameterAt { index } => match self.parameter(Some(index)) {
                 Ok(parameter) => return self.answer(parameter),
@@ -157,10 +174,17 @@ impl Session {
                 Ok(parameter) => return self.answer(parameter),
                 Err(rejection) => Err(rejection),
             },
-            Uplink::ParametersPersist => Err(Rejection::Unsupported),
+            Uplink::ParametersPersist => match self.keep(sequence, progress) {
+                Ok(()) => return, // answered once it is done
+                Err(rejection) => Err(rejection),
+            },
+            Uplink::ParametersForget => match self.forget(sequence, progress) {
+                Ok(()) => return, // as above
+                Err(rejection) => Err(rejection),
+            },
             Uplink::Subscribe { period } => self.subscribe(period),
             Uplink::FaultAcknowledge => return self.acknowledge_fault(sequence),
-            setting if progress.on_ground() => self.set(setting),
+            setting if progress.on_ground() && self.storage.is_none() => self.set(setting),
             _ => Err(Rejection::NotNow),
         };
         self.acknowledge(sequence, result);
@@ -170,14 +194,14 @@ impl Session {
     fn set(&mut self, setting: Uplink) -> Result<(), Rejection> {
         match setting {
             Uplink::SelectTrajectory(selection) => self.select_trajectory(selection),
-            Uplink::SelectController(kind) => self.tune(Tuning { kind, ..self.tuning }),
+            Uplink::SelectController(kind) => self.tune(Tuning { kind, ..self.tuning }, true),
             Uplink::PathBegin { start_world, yaw, legs } => {
                 Ok(self.upload.begin(start_world, yaw, legs)?)
             }
             Uplink::PathLeg { index, leg } => Ok(self.upload.leg(index, leg)?),
             Uplink::ParameterWrite { name, value } => {
                 let tuning = self.with_parameter(&name, value);
-                self.tune(tuning.ok_or(Rejection::UnknownParameter)?)
+                self.tune(tuning.ok_or(Rejection::UnknownParameter)?, true)
             }
             _ => Err(Rejection::Unsupported),
         }
@@ -221,13 +245,82 @@ impl Session {
     }
 
     /// Takes a tuning if its controller is valid and accepts the selected trajectory.
-    fn tune(&mut self, tuning: Tuning) -> Result<(), Rejection> {
+    fn tune(&mut self, tuning: Tuning, changed: bool) -> Result<(), Rejection> {
         let law = Law::new(&tuning)?;
         if let Origin::Trajectory(trajectory) = self.references.origin() {
             law.accept(trajectory)?;
         }
         (self.tuning, self.law, self.law_changed) = (tuning, law, true);
+        self.in_force.changed |= changed;
         Ok(())
+    }
+
+    /// Lets a command wait for the control group; none that could lead to flight while parameters
+    /// are being stored.
+    fn command(&mut self, sequence: u16, command: Command) -> Result<(), Rejection> {
+        if self.storage.is_some() && command != Command::Disarm {
+            return Err(Rejection::NotNow);
+        }
+        self.commands.push_back((sequence, command)).map_err(|_| Rejection::NotNow)
+    }
+
+    /// Asks for the parameters in force to be kept, if the next start could fly with them.
+    fn keep(&mut self, sequence: u16, progress: Progress) -> Result<(), Rejection> {
+        self.may_store(progress)?;
+        self.accept_built_in_trajectory()?;
+        let parameters = StoredParameters::of(&self.tuning);
+        self.storage = Some(Storage { sequence, parameters, begun: false });
+        Ok(())
+    }
+
+    /// Goes back to the built-in parameters and asks for those that were kept to be forgotten.
+    #[inline(never)]
+    fn forget(&mut self, sequence: u16, progress: Progress) -> Result<(), Rejection> {
+        self.may_store(progress)?;
+        self.tune(built_in()?.tuning, true)?;
+        let parameters = StoredParameters::Forgotten;
+        self.storage = Some(Storage { sequence, parameters, begun: false });
+        Ok(())
+    }
+
+    /// Disarmed, with no command on its way that could change that, and nothing being stored.
+    fn may_store(&self, progress: Progress) -> Result<(), Rejection> {
+        let quiet = self.storage.is_none() && self.commands.is_empty() && self.waiting.is_none();
+        let disarmed = progress.mode == Mode::Disarmed;
+        (quiet && disarmed).then_some(()).ok_or(Rejection::NotNow)
+    }
+
+    /// Every start begins with it.
+    #[inline(never)]
+    fn accept_built_in_trajectory(&self) -> Result<(), Rejection> {
+        let trajectory = built_in()?.trajectory.build(self.law.step_period())?;
+        Ok(self.law.accept(&trajectory)?)
+    }
+
+    /// What is to be stored, once; it has to be followed by [`stored`](Self::stored).
+    pub fn next_to_store(&mut self) -> Option<StoredParameters> {
+        let storage = self.storage.as_mut().filter(|storage| !storage.begun)?;
+        storage.begun = true;
+        Some(storage.parameters)
+    }
+
+    /// Answers a message that asked to store: with the generation, if that succeeded.
+    pub fn stored(&mut self, result: Result<u32, StoreError>) {
+        let Some(Storage { sequence, parameters, .. }) = self.storage.take() else { return };
+        let result = match result {
+            Ok(generation) => {
+                let origin = match parameters {
+                    StoredParameters::Kept(_) => ParameterOrigin::Stored,
+                    StoredParameters::Forgotten => ParameterOrigin::BuiltIn,
+                };
+                self.in_force = ParametersInForce { origin, generation, changed: false };
+                Ok(())
+            }
+            Err(StoreError::Full) => Err(Rejection::StorageFull),
+            Err(StoreError::Failed) => Err(Rejection::StorageFailed),
+        };
+        self.answer(Downlink::ParametersInForce(self.in_force));
+        self.acknowledge(sequence, result);
     }
 
     fn with_parameter(&self, name: &str, value: f32) -> Option<Tuning> {
@@ -283,15 +376,17 @@ impl Session {
         self.acknowledge(sequence, Ok(()));
     }
 
-    fn identity(&self, uptime: u32) -> Downlink {
-        Downlink::Identity(Identity {
+    /// Says who is there, with which parameters.
+    fn identify(&mut self, uptime: u32) {
+        self.answer(Downlink::Identity(Identity {
             firmware: copy(env!("CARGO_PKG_VERSION")),
             board: copy(self.config.board),
             controller: self.tuning.kind,
             step_period: self.law.step_period(),
             uptime_ticks: u64::from(uptime),
             fault_pending: self.fault.is_some(),
-        })
+        }));
+        self.answer(Downlink::ParametersInForce(self.in_force));
     }
 
     fn acknowledge(&mut self, sequence: u16, result: Result<(), Rejection>) {
@@ -367,6 +462,11 @@ impl Session {
     pub fn dropped(&self) -> u32 {
         self.dropped
     }
+}
+
+/// What the image carries. An error means a damaged image, which did not start.
+fn built_in() -> Result<Flown, Rejection> {
+    scenario::flown().map_err(|_| Rejection::StorageFailed)
 }
 
 fn parameter_index_in<C: Parameters>(_: &C, name: &str) -> Option<u16> {

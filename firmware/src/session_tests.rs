@@ -18,14 +18,18 @@ const CONFIG: SessionConfig = SessionConfig {
 const GROUND: Progress = Progress { mode: Mode::Disarmed, flight_tick: 0, uptime: 1000 };
 const FLYING: Progress = Progress { mode: Mode::Flying, flight_tick: 7, uptime: 2000 };
 
+const BUILT_IN: ParametersInForce =
+    ParametersInForce { origin: ParameterOrigin::BuiltIn, generation: 0, changed: false };
+
 /// A session that has sent its greeting.
 fn session() -> Session {
     let flown = Flown {
         tuning: Tuning { kind: ControllerKind::Saturated, ..flown().unwrap().tuning },
         trajectory: TrajectoryConfig::Hover(hover()),
     };
-    let mut session = Session::new(CONFIG, &flown, None).unwrap();
-    session.next_answer().unwrap();
+    let mut session = Session::new(CONFIG, &flown, BUILT_IN, None).unwrap();
+    assert!(matches!(session.next_answer(), Some(Downlink::Identity(_))));
+    assert_eq!(session.next_answer(), Some(Downlink::ParametersInForce(BUILT_IN)));
     session
 }
 
@@ -66,17 +70,23 @@ fn report() -> FaultReport {
 
 #[test]
 fn greets_after_the_start_and_when_greeted() {
-    let mut session = Session::new(CONFIG, &flown().unwrap(), None).unwrap();
+    let mut session = Session::new(CONFIG, &flown().unwrap(), STORED, None).unwrap();
     assert!(!session.greeted());
     let Some(Downlink::Identity(greeting)) = session.next_answer() else { panic!() };
     assert_eq!((&*greeting.board, greeting.uptime_ticks), ("test bench", 0));
     assert_eq!(greeting.controller, flown().unwrap().tuning.kind);
-    let [Downlink::Identity(identity)] = &say(&mut session, Uplink::Hello, FLYING)[..] else {
+    assert_eq!(session.next_answer(), Some(Downlink::ParametersInForce(STORED)));
+    let [Downlink::Identity(identity), in_force] = &say(&mut session, Uplink::Hello, FLYING)[..]
+    else {
         panic!()
     };
+    assert_eq!(*in_force, Downlink::ParametersInForce(STORED));
     assert_eq!((identity.uptime_ticks, identity.fault_pending), (2000, false));
     assert!(session.greeted());
 }
+
+const STORED: ParametersInForce =
+    ParametersInForce { origin: ParameterOrigin::Stored, generation: 3, changed: false };
 
 #[test]
 fn a_sample_stands_for_its_ticks_and_is_not_answered() {
@@ -260,9 +270,10 @@ fn telemetry_is_subscribed_within_what_the_link_carries() {
 
 #[test]
 fn a_fault_is_pending_until_it_is_acknowledged() {
-    let mut session = Session::new(CONFIG, &flown().unwrap(), Some(report())).unwrap();
+    let mut session = Session::new(CONFIG, &flown().unwrap(), BUILT_IN, Some(report())).unwrap();
     let Some(Downlink::Identity(identity)) = session.next_answer() else { panic!() };
     assert!(identity.fault_pending && session.fault_pending());
+    assert_eq!(session.next_answer(), Some(Downlink::ParametersInForce(BUILT_IN)));
     assert_eq!(session.next_answer(), Some(Downlink::Fault(report())), "unasked");
     let answer = say(&mut session, Uplink::FaultAcknowledge, GROUND);
     assert_eq!(answer[0], Downlink::Fault(report()));
@@ -276,7 +287,133 @@ fn a_fault_is_pending_until_it_is_acknowledged() {
 fn answers_beyond_the_queue_are_counted() {
     let mut session = session();
     for _ in 0..ANSWERS + 3 {
-        session.handle(Received { sequence: 0, message: Uplink::Hello }, GROUND);
+        let message = Uplink::ParameterAt { index: 0 };
+        session.handle(Received { sequence: 0, message }, GROUND);
     }
     assert_eq!(session.dropped(), 3);
+}
+
+fn in_force(origin: ParameterOrigin, generation: u32, changed: bool) -> Downlink {
+    Downlink::ParametersInForce(ParametersInForce { origin, generation, changed })
+}
+
+/// The answers to a `Hello` without the identity.
+fn asked(session: &mut Session) -> Downlink {
+    say(session, Uplink::Hello, GROUND).remove(1)
+}
+
+#[test]
+fn parameters_are_handed_out_to_be_kept_and_the_host_hears_the_end() {
+    let mut session = session();
+    say(&mut session, write("k4", 3.5), GROUND);
+    assert_eq!(asked(&mut session), in_force(ParameterOrigin::BuiltIn, 0, true));
+    assert_eq!(say(&mut session, Uplink::ParametersPersist, GROUND), []);
+    let parameters = session.next_to_store().unwrap();
+    assert_eq!(parameters, StoredParameters::of(&session.tuning));
+    assert_eq!((session.next_to_store(), session.next_answer()), (None, None), "once");
+    session.stored(Ok(9));
+    let answers: Vec<_> = core::iter::from_fn(|| session.next_answer()).collect();
+    assert_eq!(answers[0], in_force(ParameterOrigin::Stored, 9, false));
+    assert_eq!(answers[1..], acknowledged(Ok(())));
+    say(&mut session, write("k4", 3.75), GROUND);
+    assert_eq!(asked(&mut session), in_force(ParameterOrigin::Stored, 9, true));
+}
+
+#[test]
+fn forgetting_brings_the_built_in_parameters_back_at_once() {
+    let mut session = session();
+    let built_in = flown().unwrap().tuning.saturated.k4;
+    say(&mut session, write("k4", 3.5), GROUND);
+    session.take_law();
+    assert_eq!(say(&mut session, Uplink::ParametersForget, GROUND), []);
+    assert_eq!(session.next_to_store(), Some(StoredParameters::Forgotten));
+    session.stored(Ok(2));
+    assert_eq!(session.next_answer(), Some(in_force(ParameterOrigin::BuiltIn, 2, false)));
+    assert_eq!(
+        core::iter::from_fn(|| session.next_answer()).collect::<Vec<_>>(),
+        acknowledged(Ok(()))
+    );
+    assert_eq!(read(&mut session, "k4"), built_in);
+    assert!(session.take_law().is_some());
+}
+
+#[test]
+fn nothing_arms_or_changes_while_parameters_are_stored() {
+    let mut session = session();
+    say(&mut session, Uplink::ParametersPersist, GROUND);
+    let refused = acknowledged(Err(Rejection::NotNow));
+    let others = [
+        write("k4", 3.5),
+        Uplink::Command(Command::Arm),
+        Uplink::Command(Command::Start),
+        Uplink::ParametersPersist,
+        Uplink::ParametersForget,
+        Uplink::SelectController(ControllerKind::RobustAdaptive),
+    ];
+    for begin in [false, true] {
+        if begin {
+            session.next_to_store().unwrap();
+        }
+        for message in &others {
+            assert_eq!(say(&mut session, message.clone(), GROUND), refused, "{message:?}");
+        }
+    }
+    assert_eq!(say(&mut session, Uplink::Command(Command::Disarm), GROUND), [], "is heard");
+    session.stored(Ok(1));
+    while session.next_answer().is_some() {}
+    assert_eq!(say(&mut session, write("k4", 3.5), GROUND), acknowledged(Ok(())));
+}
+
+#[test]
+fn parameters_are_stored_disarmed_only_and_not_behind_a_command() {
+    let refused = acknowledged(Err(Rejection::NotNow));
+    for mode in [Mode::Armed, Mode::Flying, Mode::Failsafe, Mode::Locked] {
+        for message in [Uplink::ParametersPersist, Uplink::ParametersForget] {
+            let progress = Progress { mode, ..GROUND };
+            assert_eq!(say(&mut session(), message, progress), refused, "{mode:?}");
+        }
+    }
+    let mut session = session();
+    say(&mut session, Uplink::Command(Command::Arm), GROUND);
+    assert_eq!(say(&mut session, Uplink::ParametersPersist, GROUND), refused);
+    session.next_command().unwrap();
+    assert_eq!(say(&mut session, Uplink::ParametersPersist, GROUND), refused);
+}
+
+#[test]
+fn a_memory_that_fails_or_is_full_is_told_and_nothing_is_in_force_that_was_not() {
+    for (error, rejection) in
+        [(StoreError::Failed, Rejection::StorageFailed), (StoreError::Full, Rejection::StorageFull)]
+    {
+        let mut session = session();
+        say(&mut session, write("k4", 3.5), GROUND);
+        say(&mut session, Uplink::ParametersPersist, GROUND);
+        session.next_to_store().unwrap();
+        session.stored(Err(error));
+        assert_eq!(session.next_answer(), Some(in_force(ParameterOrigin::BuiltIn, 0, true)));
+        let answers: Vec<_> = core::iter::from_fn(|| session.next_answer()).collect();
+        assert_eq!(answers, acknowledged(Err(rejection)));
+        assert_eq!(read(&mut session, "k4"), 3.5);
+    }
+}
+
+#[test]
+fn what_could_not_fly_the_built_in_trajectory_is_not_kept() {
+    let mut session = session();
+    assert_eq!(
+        say(&mut session, write("reference_acceleration_max", 1e-3), GROUND),
+        acknowledged(Ok(()))
+    );
+    let answers = say(&mut session, Uplink::ParametersPersist, GROUND);
+    let [
+        Downlink::Acknowledgement(Acknowledgement {
+            result: Err(Rejection::Invalid { upper, .. }),
+            ..
+        }),
+    ] = answers[..]
+    else {
+        panic!("{answers:?}")
+    };
+    assert_eq!(upper, 1e-3);
+    assert_eq!(session.next_to_store(), None);
 }

@@ -1,7 +1,9 @@
 //! What the fuzz targets share: a session without hardware, and what every law promises.
 
 use ctrl_core::controller::TrackingController;
-use ctrl_core::link::{Acknowledgement, Downlink, Received, Rejection, Uplink};
+use ctrl_core::link::{
+    Acknowledgement, Downlink, ParametersInForce, Received, Rejection, Uplink,
+};
 use ctrl_core::mode::Mode;
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
@@ -25,7 +27,7 @@ pub fn session() -> Session {
         reference_timeout: 100,
         telemetry_period_min: 2,
     };
-    let mut session = Session::new(config, &flown().unwrap(), None).unwrap();
+    let mut session = Session::new(config, &flown().unwrap(), ParametersInForce::default(), None).unwrap();
     while session.next_answer().is_some() {}
     session
 }

@@ -2,10 +2,12 @@
 
 use ctrl_core::controller::{Intermediates, TrackingController};
 use ctrl_core::trajectory::Trajectory;
+use ctrl_core::vehicle::Wrench;
 
-use crate::plant::PlantState;
+use crate::plant::actuation::Actuators;
 use crate::plant::disturbance::DisturbanceProcess;
 use crate::plant::rigid_body::RigidBody;
+use crate::plant::{AppliedWrench, PlantState};
 use crate::sample::Sample;
 
 /// Sees every tick of a flight.
@@ -54,6 +56,8 @@ pub struct Flight<C: TrackingController, T> {
     state: C::State,
     trajectory: T,
     body: RigidBody,
+    /// None: every command acts at once and exactly.
+    actuators: Option<Actuators>,
     disturbance: DisturbanceProcess,
     truth: PlantState,
     tick: u64,
@@ -70,7 +74,14 @@ impl<C: TrackingController, T: Trajectory> Flight<C, T> {
         truth: PlantState,
     ) -> Self {
         let state = controller.initial_state();
-        Self { controller, state, trajectory, body, disturbance, truth, tick: 0 }
+        let actuators = None;
+        Self { controller, state, trajectory, body, actuators, disturbance, truth, tick: 0 }
+    }
+
+    /// Puts `actuators` between controller and vehicle; without, every command acts at once and exactly.
+    #[must_use]
+    pub fn with_actuators(self, actuators: Option<Actuators>) -> Self {
+        Self { actuators, ..self }
     }
 
     /// Flies `ticks` control ticks; `observer` sees each of them.
@@ -94,12 +105,14 @@ impl<C: TrackingController, T: Trajectory> Flight<C, T> {
                 self.controller.step_observed(&mut self.state, &measured, &reference, |seen| {
                     intermediates = *seen;
                 });
+            let applied = self.take(&output.wrench);
             observer.observe(&Sample {
                 tick: self.tick,
                 time: self.time(),
                 truth: self.truth,
                 reference,
                 output,
+                applied,
                 intermediates,
                 estimates,
                 auxiliary,
@@ -107,10 +120,24 @@ impl<C: TrackingController, T: Trajectory> Flight<C, T> {
             });
             output
         } else {
-            self.controller.step(&mut self.state, &measured, &reference)
+            let output = self.controller.step(&mut self.state, &measured, &reference);
+            self.take(&output.wrench);
+            output
         };
-        self.truth = self.body.advance(&self.truth, &output.wrench, &disturbance);
+        self.truth = match &mut self.actuators {
+            None => self.body.advance(&self.truth, &output.wrench, &disturbance),
+            Some(actuators) => actuators.advance(&self.body, &self.truth, &disturbance),
+        };
         self.tick += 1;
+    }
+
+    /// Gives the command to the actuators; what acts now.
+    #[inline]
+    fn take(&mut self, command: &Wrench) -> AppliedWrench {
+        match &mut self.actuators {
+            None => AppliedWrench::from(*command),
+            Some(actuators) => actuators.take(command),
+        }
     }
 
     /// Control ticks flown.

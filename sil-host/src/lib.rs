@@ -5,15 +5,19 @@
 //! [`pil`] puts the firmware's image in the controller's place; a [`campaign`] flies a scenario many
 //! times.
 
+pub mod asset;
 pub mod campaign;
 pub mod cli;
 pub mod closed_loop;
 pub mod figure;
 pub mod guarantee;
+pub mod log;
+mod norm;
 pub mod page;
 pub mod pil;
 pub mod plant;
 pub mod progress;
+pub mod replay3d;
 pub mod report;
 pub mod results;
 pub mod run;

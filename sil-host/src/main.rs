@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Parser;
+use sil_host::campaign::{CampaignError, campaign, merge};
 use sil_host::cli::{Cli, Command, PilArguments, RunArguments, TuneArguments};
 use sil_host::pil::{PilError, pil};
 use sil_host::report;
@@ -21,6 +22,8 @@ fn main() -> ExitCode {
         Command::Show { name } => show(&name),
         Command::Run(arguments) => fly(&arguments),
         Command::Pil(arguments) => fly_on_vehicle(&arguments),
+        Command::Campaign(arguments) => verdict(campaign(&arguments), campaign_failure),
+        Command::Merge(arguments) => verdict(merge(&arguments), campaign_failure),
         Command::Tune(arguments) => propose(&arguments),
     }
 }
@@ -63,6 +66,13 @@ fn run_failure(error: &RunError) -> u8 {
     match error {
         RunError::Scenario(_) => WRONG_USAGE,
         RunError::Output(..) => NOT_WRITTEN,
+    }
+}
+
+fn campaign_failure(error: &CampaignError) -> u8 {
+    match error {
+        CampaignError::Output(..) => NOT_WRITTEN,
+        _ => WRONG_USAGE,
     }
 }
 

@@ -35,6 +35,9 @@ impl Outcome {
     }
 }
 
+/// Headings of columns of numbers.
+const NUMBERS: [&str; 7] =
+    ["observed", "margin", "at [s]", "violated", "judged", "least margin", "seed"];
 const HEADINGS: [&str; 7] = ["", "guarantee", "bound", "observed", "margin", "unit", "at [s]"];
 
 /// The table of guarantees of one flight; with `only_violated` nothing but violated rows.
@@ -105,7 +108,7 @@ pub(crate) fn number(x: f64) -> String {
 }
 
 /// Rows under headings; numbers are aligned to the right, words to the left.
-fn aligned<const N: usize>(headings: &[String; N], rows: &[[String; N]]) -> String {
+pub(crate) fn aligned<const N: usize>(headings: &[String; N], rows: &[[String; N]]) -> String {
     let widths: [usize; N] = core::array::from_fn(|column| {
         let cells = rows.iter().map(|row| &row[column]);
         cells.chain([&headings[column]]).map(|cell| cell.chars().count()).max().unwrap_or(0)
@@ -114,9 +117,9 @@ fn aligned<const N: usize>(headings: &[String; N], rows: &[[String; N]]) -> Stri
     for row in [headings].into_iter().chain(rows) {
         let mut line = String::from(" ");
         for ((column, cell), width) in row.iter().enumerate().zip(widths) {
-            let _ = match HEADINGS[column] {
-                "observed" | "margin" | "at [s]" => write!(line, " {cell:>width$} "),
-                _ => write!(line, " {cell:<width$} "),
+            let _ = match NUMBERS.contains(&headings[column].as_str()) {
+                true => write!(line, " {cell:>width$} "),
+                false => write!(line, " {cell:<width$} "),
             };
         }
         text += line.trim_end();

@@ -27,7 +27,7 @@ impl Results {
     /// When the directory or the file cannot be made.
     pub fn create(directory: &Path, scenario: &Scenario, every: u64) -> io::Result<Self> {
         fs::create_dir_all(directory)?;
-        let trace = TraceWriter::new(File::create(directory.join("trace.csv"))?, every);
+        let trace = TraceWriter::new(File::create(directory.join("trace.csv"))?, every)?;
         let recorder = Recorder::new(scenario.duration, scenario.guarantees.settle_time);
         Ok(Self { directory: directory.to_owned(), trace, recorder })
     }

@@ -8,6 +8,8 @@ use crate::cli::RunArguments;
 use crate::closed_loop::Observer;
 use crate::guarantee::Guarantees;
 use crate::guarantee::lyapunov::Evaluator;
+use crate::log::FlightLog;
+use crate::log::description::Description;
 use crate::progress::Progress;
 use crate::report::{self, Outcome};
 use crate::results::Results;
@@ -74,6 +76,7 @@ pub struct Watch {
     evaluator: Evaluator,
     guarantees: Guarantees,
     results: Results,
+    log: Option<FlightLog>,
 }
 
 impl Watch {
@@ -83,12 +86,11 @@ impl Watch {
     /// # Errors
     /// When the results cannot be written.
     pub fn new(scenario: &Scenario, directory: &Path, trace_every: u64) -> io::Result<Self> {
-        let parameters = scenario.vehicle.into();
-        let Scenario { guarantees, controller, .. } = scenario;
         Ok(Self {
-            evaluator: Evaluator::new(controller, &parameters),
-            guarantees: Guarantees::new(guarantees, controller, &parameters),
+            evaluator: Evaluator::new(&scenario.controller, &scenario.vehicle.into()),
+            guarantees: Guarantees::of(scenario),
             results: Results::create(directory, scenario, trace_every)?,
+            log: None,
         })
     }
 }
@@ -98,13 +100,17 @@ impl Observer for Watch {
         let evaluation = self.evaluator.evaluate(sample);
         self.guarantees.observe(sample, &evaluation);
         self.results.observe(sample, &evaluation);
+        if let Some(log) = &mut self.log {
+            log.observe(sample, &evaluation);
+        }
     }
 }
 
-fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, RunError> {
+/// Flies a scenario and writes its results below `arguments.out`.
+pub(crate) fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, RunError> {
     let scenario = loaded.scenario();
     let mut flight = loaded.flight()?;
-    let (outcome, ()) = watched(scenario, arguments, |watch, progress| {
+    let (outcome, ()) = watched(loaded, arguments, |watch, progress| {
         let ticks = scenario.ticks();
         let chunk = ticks.div_ceil(UPDATES).max(1);
         let mut flown = 0;
@@ -124,14 +130,20 @@ fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, Run
 /// # Errors
 /// When the results cannot be written, and those of `fly`.
 pub(crate) fn watched<T, E: From<RunError>>(
-    scenario: &Scenario,
+    loaded: &LoadedScenario,
     arguments: &RunArguments,
     fly: impl FnOnce(&mut Watch, &Progress) -> Result<T, E>,
 ) -> Result<(Outcome, T), E> {
+    let scenario = loaded.scenario();
     let directory = arguments.out.join(&scenario.name);
     let unwritable = |error: io::Error| RunError::Output(directory.clone(), error.to_string());
     let trace_every = u64::from(arguments.trace_every.get());
     let mut watch = Watch::new(scenario, &directory, trace_every).map_err(unwritable)?;
+    if !arguments.log.formats.is_empty() {
+        let description = Description::new(loaded).map_err(RunError::Scenario)?;
+        let log = FlightLog::create(&arguments.log, &description, &directory);
+        watch.log = Some(log.map_err(unwritable)?);
+    }
     let ticks = scenario.ticks();
     let progress = Progress::new(&scenario.name, ticks, scenario.duration, arguments.quiet);
     progress.message("flying");
@@ -145,6 +157,8 @@ pub(crate) fn watched<T, E: From<RunError>>(
         wall_time: progress.finish().as_secs_f64(),
         directory: directory.clone(),
     };
-    watch.results.finish(scenario, &outcome).map_err(unwritable)?;
+    let Watch { results, log, .. } = watch;
+    results.finish(scenario, &outcome).map_err(unwritable)?;
+    log.map_or(Ok(()), |log| log.finish(&outcome.verdicts)).map_err(unwritable)?;
     Ok((outcome, flown))
 }

@@ -3,7 +3,7 @@
 use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, StepOutput};
 use ctrl_core::reference::Reference;
 
-use crate::plant::{Disturbance, PlantState};
+use crate::plant::{AppliedWrench, Disturbance, PlantState};
 
 /// One control tick, before the plant moves on: all fields belong to the same instant.
 #[derive(Clone, Copy, Debug)]
@@ -16,8 +16,11 @@ pub struct Sample {
     pub truth: PlantState,
     /// What the vehicle should do.
     pub reference: Reference,
-    /// What the controller commands; the plant holds it until the next tick.
+    /// What the controller commands until the next tick.
     pub output: StepOutput,
+    /// What really acts on the vehicle at this instant: the command, unless the scenario has an
+    /// `[actuation]`.
+    pub applied: AppliedWrench,
     /// Every quantity of the law's evaluation; all zero when the controller held its output.
     pub intermediates: Intermediates,
     /// The estimates that the law used, before this step's update.

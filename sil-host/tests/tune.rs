@@ -277,7 +277,12 @@ fn assert_short_hover(proposal: &Proposal) {
     let scenario = loaded.scenario();
     let parameters = scenario.vehicle.into();
     let mut evaluator = Evaluator::new(&scenario.controller, &parameters);
-    let mut monitors = Guarantees::new(&scenario.guarantees, &scenario.controller, &parameters);
+    let mut monitors = Guarantees::new(
+        &scenario.guarantees,
+        &scenario.controller,
+        &parameters,
+        &scenario.actuation,
+    );
     let mut farthest = 0.0_f64;
     let mut watch = Watch(|sample: &Sample| {
         let evaluation = evaluator.evaluate(sample);

@@ -100,7 +100,9 @@ fn a_python_client_of_the_documented_bytes_tunes_and_arms_the_vehicle() {
     let said = converse();
     assert_examples(&said["examples"]);
     let greeting = said["greeting"].as_array().unwrap();
-    assert!(greeting.len() == 1 && greeting[0][0] == 0, "{greeting:?}");
+    assert!(greeting.len() == 2 && greeting[0][0] == 0, "{greeting:?}");
+    let built_in = json!([6, {"origin": "built-in", "generation": 0, "changed": false}]);
+    assert_eq!(greeting[1], built_in);
     let identity = &said["identity"];
     assert_eq!(identity["board"], "emulated STM32F405");
     assert_eq!((&identity["controller"], &identity["fault"]), (&json!(1), &json!(false)));

@@ -13,6 +13,7 @@ mod image_stack;
 mod machine_code;
 mod measurement;
 mod profile;
+mod python;
 mod shell;
 mod sources;
 mod step_image;
@@ -26,7 +27,7 @@ use anyhow::{Context, Result, bail};
 const USAGE: &str = "usage: cargo xtask COMMAND
   ci            set up what is missing and check everything
   test          the everyday checks: format, clippy, tests
-  setup         install the toolchain's parts and the emulator
+  setup         install the toolchain's parts, the emulator and the tests' Python packages
   fuzz          a short run of each fuzz target
   machine-code  what the control steps' machine code must and must not contain
   budgets [--accept]

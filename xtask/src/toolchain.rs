@@ -1,21 +1,24 @@
-//! Set-up: the pinned Rust toolchain's parts, and the emulator.
+//! Set-up: the pinned Rust toolchain's parts, the emulator, and the tests' Python packages.
 
 use std::path::PathBuf;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
+use crate::python;
 use crate::shell::{command, output, run, succeeds};
 
 /// The one embedded target.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 const COMPONENTS: [&str; 4] = ["llvm-tools", "rust-src", "rustfmt", "clippy"];
-/// Programs and the Debian packages that hold them.
-const PROGRAMS: [(&str, &str); 4] = [
-    ("qemu-system-arm", "qemu-system-arm"),
-    ("valgrind", "valgrind"),
-    ("python3", "python3"),
-    ("g++", "g++"), // libFuzzer
+/// What shows that a program is there, and the Debian package that holds it.
+const PROGRAMS: [(&[&str], &str); 6] = [
+    (&["qemu-system-arm", "--version"], "qemu-system-arm"),
+    (&["valgrind", "--version"], "valgrind"),
+    (&["python3", "--version"], "python3"),
+    (&["python3", "-c", "import ensurepip, venv"], "python3-venv"),
+    (&["g++", "--version"], "g++"),           // libFuzzer
+    (&["chromium", "--version"], "chromium"), // reports in a browser
 ];
 
 /// Installs whatever is missing, or says how to.
@@ -27,10 +30,13 @@ pub fn set_up() -> Result<()> {
     llvm_tool("llvm-objdump")?;
     let missing: Vec<_> = PROGRAMS
         .iter()
-        .filter(|(program, _)| !succeeds(&mut command([*program, "--version"])))
+        .filter(|(shown_by, _)| !succeeds(&mut command(shown_by.iter().copied())))
         .map(|(_, package)| *package)
         .collect();
-    if missing.is_empty() { Ok(()) } else { install(&missing) }
+    if !missing.is_empty() {
+        install(&missing)?;
+    }
+    python::set_up()
 }
 
 fn install(packages: &[&str]) -> Result<()> {

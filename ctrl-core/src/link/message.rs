@@ -86,7 +86,8 @@ pub enum Uplink {
         /// Its new value, in the unit that the name's documentation states.
         value: f32,
     },
-    /// Keeps the parameters over a restart.
+    /// Keeps the parameters in force, of both controllers, and the choice of controller over a
+    /// restart; only disarmed.
     ParametersPersist,
     /// Telemetry every so many control ticks; zero for none.
     Subscribe {
@@ -95,6 +96,9 @@ pub enum Uplink {
     },
     /// Asks for the last [`Downlink::Fault`] and, once acknowledged here, forgets it.
     FaultAcknowledge,
+    /// Forgets the parameters that were kept: the built-in ones are in force at once and after a
+    /// restart; only disarmed.
+    ParametersForget,
 }
 
 /// From the vehicle to the host.
@@ -113,6 +117,8 @@ pub enum Downlink {
     Fault(FaultReport),
     /// How link and rate groups fare.
     Health(Health),
+    /// Which parameters are in force: after every [`Identity`], and when that has changed.
+    ParametersInForce(ParametersInForce),
 }
 
 impl Message for Uplink {
@@ -215,6 +221,8 @@ pub enum Rejection {
     StorageFailed,
     /// This vehicle does not do that.
     Unsupported,
+    /// There is no room to store the parameters before the next restart, which makes room.
+    StorageFull,
 }
 
 impl From<ConfigError> for Rejection {
@@ -275,6 +283,31 @@ pub struct ParameterValue {
     pub name: String<NAME_MAX>,
     /// Its value.
     pub value: f32,
+}
+
+/// Where the parameters in force at the start came from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ParameterOrigin {
+    /// From the image: nothing is stored, or what was stored was forgotten.
+    #[default]
+    BuiltIn,
+    /// From the vehicle's memory.
+    Stored,
+    /// From the image: something is stored, but no whole set of parameters.
+    Unreadable,
+    /// From the image: a set is stored that this firmware does not accept.
+    Refused,
+}
+
+/// Which parameters are in force.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ParametersInForce {
+    /// Where those of the start, or of the last keeping or forgetting, came from.
+    pub origin: ParameterOrigin,
+    /// How often this vehicle has kept or forgotten parameters.
+    pub generation: u32,
+    /// They have been changed since: a restart would bring other ones.
+    pub changed: bool,
 }
 
 /// What kind of fault restarted the vehicle.

@@ -21,7 +21,8 @@ mod tests;
 pub use frame::{Decoder, EncodeError, Encoder, LinkStatistics, Received};
 pub use message::{
     Acknowledgement, ControllerKind, Downlink, FaultKind, FaultReport, GroupHealth, Health,
-    Identity, Message, ParameterValue, Rejection, Telemetry, TrajectorySelection, Uplink,
+    Identity, Message, ParameterOrigin, ParameterValue, ParametersInForce, Rejection, Telemetry,
+    TrajectorySelection, Uplink,
 };
 pub use parameter::{Parameter, Parameters};
 pub use upload::{PathUpload, UploadError};

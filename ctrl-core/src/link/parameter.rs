@@ -40,6 +40,22 @@ pub trait Parameters: Copy + 'static {
         *(parameter.field)(&mut self) = value;
         Some(self)
     }
+
+    /// All values, in the order of the table, as many as there is room for.
+    fn read_all(mut self, values: &mut [f32]) {
+        for (value, parameter) in values.iter_mut().zip(Self::TABLE) {
+            *value = *(parameter.field)(&mut self);
+        }
+    }
+
+    /// The configuration with the first parameters of the table set to `values`.
+    #[must_use]
+    fn with_all(mut self, values: &[f32]) -> Self {
+        for (value, parameter) in values.iter().zip(Self::TABLE) {
+            *(parameter.field)(&mut self) = *value;
+        }
+        self
+    }
 }
 
 /// The table of a configuration: its own fields, then those that both have.

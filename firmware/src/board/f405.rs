@@ -7,11 +7,12 @@
 //! | PA13, PA14 | SWDIO, SWCLK: probe, log over RTT |
 
 use cortex_m::peripheral::{DCB, DWT};
-use stm32f4xx_hal::pac::{TIM3, TIM5};
+use stm32f4xx_hal::pac::{FLASH, TIM3, TIM5};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 use stm32f4xx_hal::timer::pwm::ErasedChannel;
 
+use super::parameter_flash::ParameterFlash;
 use super::{Board, ROTORS, RotorPins};
 use crate::rotor_output::PULSE_RATE;
 
@@ -20,6 +21,7 @@ pub struct F405;
 
 impl Board for F405 {
     type Rotor = ErasedChannel<TIM3>;
+    type Storage = ParameterFlash;
 
     const CORE_CLOCK: u32 = 168_000_000;
 
@@ -46,6 +48,10 @@ impl Board for F405 {
         ch3.enable();
         ch4.enable();
         [ch1.erase(), ch2.erase(), ch3.erase(), ch4.erase()]
+    }
+
+    fn storage(flash: FLASH) -> ParameterFlash {
+        ParameterFlash::new(flash)
     }
 
     /// The processor's own cycle counter.

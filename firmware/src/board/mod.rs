@@ -7,6 +7,8 @@
 mod emulator;
 #[cfg(not(feature = "emulator"))]
 mod f405;
+#[cfg(not(feature = "emulator"))]
+mod parameter_flash;
 pub mod peripherals;
 
 #[cfg(feature = "emulator")]
@@ -17,8 +19,9 @@ pub use f405::F405 as Active;
 use cortex_m::peripheral::{DCB, DWT};
 use ctrl_core::link::FaultReport;
 use embedded_hal::pwm::SetDutyCycle;
+use embedded_storage::nor_flash::NorFlash;
 use stm32f4xx_hal::gpio::{PA6, PA7, PB0, PB1};
-use stm32f4xx_hal::pac::{TIM3, TIM5, USART2};
+use stm32f4xx_hal::pac::{FLASH, TIM3, TIM5, USART2};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 use stm32f4xx_hal::serial::{Rx, Tx};
@@ -35,6 +38,9 @@ pub struct RotorPins(pub PA6, pub PA7, pub PB0, pub PB1);
 pub trait Board: Sized {
     /// One rotor output.
     type Rotor: SetDutyCycle + Send;
+
+    /// Where parameters are kept: two sectors to erase.
+    type Storage: NorFlash + Send;
 
     /// Frequency that SysTick counts [Hz].
     const CORE_CLOCK: u32;
@@ -59,6 +65,9 @@ pub trait Board: Sized {
 
     /// Takes the rotor outputs; none gives a pulse yet.
     fn rotors(timer: TIM3, pins: RotorPins, rcc: &mut Rcc) -> [Self::Rotor; ROTORS];
+
+    /// Takes the memory for parameters.
+    fn storage(flash: FLASH) -> Self::Storage;
 
     /// Ends every pulse now, from any context, whoever owns the outputs: the last thing that a
     /// failing program does before it resets.

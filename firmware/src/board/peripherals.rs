@@ -27,6 +27,8 @@ pub struct Peripherals {
     pub transmitter: Tx<pac::USART2>,
     /// Receives from the host; raises an interrupt for each byte.
     pub receiver: Rx<pac::USART2>,
+    /// Keeps parameters.
+    pub storage: <Active as Board>::Storage,
     /// Not started yet.
     pub watchdog: IndependentWatchdog,
     /// The watchdog caused the start before this one.
@@ -59,6 +61,7 @@ impl Peripherals {
             rotors: RotorOutput::new(rotors, thrust_max),
             transmitter,
             receiver,
+            storage: Active::storage(device.FLASH),
             watchdog: IndependentWatchdog::new(device.IWDG),
             watchdog_reset,
         }

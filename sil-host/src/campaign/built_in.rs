@@ -20,7 +20,7 @@ macro_rules! built_in {
 
 impl BuiltInCampaign {
     /// Every one of them.
-    pub const ALL: &[Self] = built_in!["paper-uncertainty"];
+    pub const ALL: &[Self] = built_in!["paper-uncertainty", "recovery-envelope"];
 
     /// The one of that name.
     #[must_use]

@@ -8,9 +8,10 @@ use super::normal::truncated_quantile;
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Vary {
-    /// Field of the scenario, as in `vehicle.mass` or `vehicle.inertia[0]`.
+    /// Field of the scenario, as in `vehicle.mass` or `vehicle.inertia[0]`. Variants whose scenario
+    /// does not have it keep what they have.
     pub path: String,
-    /// More fields that get the same value, in those variants whose scenario has them.
+    /// More fields that get the same value, likewise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub also: Vec<String>,
     /// Unit for the report.
@@ -312,4 +313,94 @@ fn rigid_body(range: Range, [x, y, z]: [f64; 3]) -> [f64; 3] {
     moments[(axis + 1) % 3] = a;
     moments[(axis + 2) % 3] = b;
     moments
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn distribution(toml: &str) -> Distribution {
+        let vary: Vary = toml_edit::de::from_str(&format!("path = 'a'\n{toml}")).unwrap();
+        vary.distribution().unwrap()
+    }
+
+    fn quantiles(toml: &str, at: &[f64]) -> Vec<f64> {
+        let distribution = distribution(toml);
+        let mut values = Vec::new();
+        at.iter().for_each(|&x| distribution.sample(&[x], &mut values));
+        values
+    }
+
+    /// Mean and standard deviation.
+    fn moments(toml: &str) -> (f64, f64) {
+        let n = 20_000;
+        let at: Vec<_> = (0..n).map(|i| (f64::from(i) + 0.5) / f64::from(n)).collect();
+        let values = quantiles(toml, &at);
+        assert!(values.is_sorted(), "quantiles rise");
+        let mean = values.iter().sum::<f64>() / f64::from(n);
+        let square = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / f64::from(n);
+        (mean, square.sqrt())
+    }
+
+    fn assert_near(found: (f64, f64), expected: (f64, f64)) {
+        let near = |x: f64, y: f64| (x - y).abs() < 2e-3 * y.abs();
+        assert!(near(found.0, expected.0) && near(found.1, expected.1), "{found:?} {expected:?}");
+    }
+
+    #[test]
+    fn moments_are_those_of_the_textbook() {
+        assert_near(moments("uniform = {lower = 1, upper = 4}"), (2.5, 3.0 / 12f64.sqrt()));
+        // Variance: (a^2 + b^2 + c^2 - ab - bc - ca)/18.
+        let triangle = moments("triangular = {lower = 1, mode = 2, upper = 4}");
+        assert_near(triangle, (7.0 / 3.0, (7.0f64 / 18.0).sqrt()));
+        assert_near(moments("normal = {mean = 3, deviation = 0.5}"), (3.0, 0.5));
+        // Of a half normal distribution.
+        let half = moments("normal = {mean = 1, deviation = 1, lower = 1}");
+        assert_near(half, (1.0 + (2.0 / core::f64::consts::PI).sqrt(), 0.602_81));
+        let mean: f64 = 99.0 / 100f64.ln();
+        let deviation = (9_999.0 / (2.0 * 100f64.ln()) - mean * mean).sqrt();
+        assert_near(moments("log_uniform = {lower = 1, upper = 100}"), (mean, deviation));
+    }
+
+    #[test]
+    fn quantiles_start_and_end_at_the_ends() {
+        // A root takes half of the digits with it at the end of a triangle.
+        let last = 1.0f64.next_down();
+        for (toml, lower, middle, upper) in [
+            ("uniform = {lower = -1, upper = 3}", -1.0, 1.0, 3.0),
+            ("log_uniform = {lower = 0.01, upper = 100}", 0.01, 1.0, 100.0),
+            ("triangular = {lower = 0, mode = 0, upper = 1}", 0.0, 1.0 - 0.5f64.sqrt(), 1.0),
+            ("normal = {mean = 5, deviation = 9, lower = 0, upper = 10}", 0.0, 5.0, 10.0),
+            ("values = [3, 1, 2]", 3.0, 1.0, 2.0),
+            ("linspace = {lower = 0, upper = 1, levels = 11}", 0.0, 0.5, 1.0),
+            ("logspace = {lower = 0.1, upper = 10, levels = 3}", 0.1, 1.0, 10.0),
+        ] {
+            for (found, expected) in
+                quantiles(toml, &[0.0, 0.5, last]).iter().zip([lower, middle, upper])
+            {
+                assert!((found - expected).abs() < 1e-7, "{toml}: {found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn moments_of_inertia_are_those_of_a_rigid_body() {
+        let body = distribution("rigid_body = {lower = 0.03, upper = 0.12}");
+        let shares = || (0..24).map(|i| f64::from(i) / 23.999);
+        let (mut least, mut largest): ([f64; 3], [f64; 3]) = ([1.0; 3], [0.0; 3]);
+        for point in
+            shares().flat_map(|x| shares().flat_map(move |y| shares().map(move |z| [x, y, z])))
+        {
+            let mut moments = Vec::new();
+            body.sample(&point, &mut moments);
+            for axis in 0..3 {
+                let [a, b, c] = [0, 1, 2].map(|i| moments[(axis + i) % 3]);
+                assert!((0.03..=0.12).contains(&a) && a <= b + c + 1e-15, "{moments:?}");
+                least[axis] = least[axis].min(a);
+                largest[axis] = largest[axis].max(a);
+            }
+        }
+        // Every axis takes its whole interval.
+        assert!(least.iter().all(|&x| x < 0.031) && largest.iter().all(|&x| x > 0.115));
+    }
 }

@@ -9,18 +9,30 @@ use crate::guarantee::{Guarantees, Verdict};
 use crate::sample::Sample;
 use crate::scenario::{LoadedScenario, Scenario, ScenarioError};
 
-/// Flies run `index` of the campaign in every variant.
-#[must_use]
-pub fn fly(campaign: &Campaign, index: u32) -> Vec<Row> {
-    (0..campaign.variants().len()).map(|variant| fly_variant(campaign, index, variant)).collect()
+/// What came out of one run.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// A row a variant.
+    pub rows: Vec<Row>,
+    /// Simulated time of all variants together [s].
+    pub flight_time: f64,
 }
 
-fn fly_variant(campaign: &Campaign, index: u32, variant: usize) -> Row {
-    let parameters = campaign.values(index);
+/// Flies run `index` of the campaign in every variant.
+#[must_use]
+pub fn fly(campaign: &Campaign, index: u32) -> Run {
+    let mut run = Run { rows: Vec::with_capacity(campaign.variants().len()), flight_time: 0.0 };
+    for variant in 0..campaign.variants().len() {
+        run.rows.push(fly_variant(campaign, index, variant, &mut run.flight_time));
+    }
+    run
+}
+
+fn fly_variant(campaign: &Campaign, index: u32, variant: usize, flight_time: &mut f64) -> Row {
     let mut row = Row {
         seed: campaign.seed(index),
         variant,
-        parameters,
+        parameters: campaign.values(index),
         outcome: Outcome::Refused,
         reason: String::new(),
         assumptions_kept: false,
@@ -28,7 +40,9 @@ fn fly_variant(campaign: &Campaign, index: u32, variant: usize) -> Row {
         guarantees: vec![Observed::default(); campaign.guarantees().len()],
     };
     let flown = campaign.scenario(index, &campaign.variants()[variant]).and_then(|loaded| {
-        row.assumptions_kept = loaded.scenario().broken_assumptions().is_empty();
+        let scenario = loaded.scenario();
+        row.assumptions_kept = scenario.broken_assumptions().is_empty();
+        *flight_time += scenario.duration;
         watched(&loaded)
     });
     match flown {
@@ -58,11 +72,9 @@ impl Watch {
     /// Watches a flight of `scenario`.
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
-        let parameters = scenario.vehicle.into();
-        let Scenario { guarantees, controller, .. } = scenario;
         Self {
-            evaluator: Evaluator::new(controller, &parameters),
-            guarantees: Guarantees::new(guarantees, controller, &parameters),
+            evaluator: Evaluator::new(&scenario.controller, &scenario.vehicle.into()),
+            guarantees: Guarantees::of(scenario),
             measures: Measures::new(scenario),
         }
     }

@@ -1,11 +1,15 @@
 //! What a flight is measured by, beside its guarantees: peaks, ends, times and effort, from the
 //! plant's truth.
 
+use core::f64::consts::PI;
+
 use ctrl_core::controller::StepStatus;
 use glam::DVec3;
 
+use crate::guarantee::angle::Angle;
 use crate::guarantee::lyapunov::Evaluation;
-use crate::guarantee::tracking::{heading_error, tilt_error};
+use crate::guarantee::tracking::{heading, tilt};
+use crate::norm::Norm;
 use crate::sample::Sample;
 use crate::scenario::Scenario;
 
@@ -53,12 +57,14 @@ pub const MEASURES: [Measure; 19] = measures![
 /// Measures of a flight in progress.
 #[derive(Clone, Debug)]
 pub struct Measures {
-    bounds: Errors,
+    /// Of position [m], tilt and heading.
+    bounds: (f64, Angle, Angle),
     step_period: f64,
     true_mass: f64,
     ticks: u64,
-    errors: Errors,
-    /// From when on each error has been within its bound [s]; none while it is outside.
+    /// Distance from the reference [m], tilt and heading error.
+    errors: (f64, Angle, Angle),
+    /// From when on each of them has been within its bound [s]; none while it is outside.
     settled: [Option<f64>; 3],
     position_peak: f64,
     position_square_sum: f64,
@@ -76,20 +82,21 @@ pub struct Measures {
     mass_estimate: f64,
 }
 
-/// Distance from the reference [m], tilt error [rad] and heading error [rad].
-type Errors = [f64; 3];
-
 impl Measures {
     /// For a flight of `scenario`, which has not begun.
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
         let bounds = &scenario.guarantees;
         Self {
-            bounds: [bounds.position_error_max, bounds.tilt_error_max, bounds.heading_error_max],
+            bounds: (
+                bounds.position_error_max,
+                Angle::of(bounds.tilt_error_max.min(PI)),
+                Angle::of(bounds.heading_error_max.min(PI)),
+            ),
             step_period: f64::from(scenario.controller.step_period()),
             true_mass: scenario.vehicle.mass,
             ticks: 0,
-            errors: [0.0; 3],
+            errors: (0.0, Angle::default(), Angle::default()),
             settled: [Some(0.0); 3],
             position_peak: 0.0,
             position_square_sum: 0.0,
@@ -118,16 +125,17 @@ impl Measures {
 
     fn observe_errors(&mut self, sample: &Sample, evaluation: &Evaluation) {
         let attitude = sample.truth.attitude;
-        let position = evaluation.position_error.length();
-        self.errors = [
-            position,
-            tilt_error(attitude, &sample.reference),
-            heading_error(attitude, &sample.reference),
-        ];
+        let position = evaluation.position_error.norm();
+        let reference = &sample.reference;
+        let (tilt, heading) = (tilt(attitude, reference), heading(attitude, reference));
+        self.errors = (position, tilt, heading);
         self.position_peak = self.position_peak.max(position);
         self.position_square_sum += position * position;
-        for ((settled, error), bound) in self.settled.iter_mut().zip(self.errors).zip(self.bounds) {
-            *settled = (error <= bound).then(|| settled.unwrap_or(sample.time));
+        let (position_max, tilt_max, heading_max) = self.bounds;
+        let within =
+            [position <= position_max, tilt.is_within(tilt_max), heading.is_within(heading_max)];
+        for (settled, within) in self.settled.iter_mut().zip(within) {
+            *settled = within.then(|| settled.unwrap_or(sample.time));
         }
     }
 
@@ -161,18 +169,19 @@ impl Measures {
             return vec![None; MEASURES.len()];
         }
         let rms = |sum: f64| (sum / self.ticks as f64).sqrt();
-        let [position, tilt, heading] = self.errors;
+        let (position, tilt, heading) = self.errors;
         let [position_settled, tilt_settled, heading_settled] = self.settled;
-        let horizontal = self.steepest.truncate().length();
+        let horizontal =
+            (self.steepest.x * self.steepest.x + self.steepest.y * self.steepest.y).sqrt();
         let [thrust_lowest, thrust_highest] = self.thrust.map(f64::from);
         let columns: [Option<f64>; MEASURES.len()] = [
             Some(self.position_peak),
             Some(rms(self.position_square_sum)),
             Some(position),
             position_settled,
-            Some(tilt),
+            Some(tilt.radians()),
             tilt_settled,
-            Some(heading),
+            Some(heading.radians()),
             heading_settled,
             Some(libm::atan2(horizontal, self.steepest.z)),
             Some(self.rate_square_peak.sqrt()),
@@ -187,5 +196,70 @@ impl Measures {
             Some(self.mass_estimate - self.true_mass),
         ];
         columns.to_vec()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::Observer;
+    use crate::guarantee::lyapunov::Evaluator;
+    use crate::guarantee::tracking::tilt_error;
+    use crate::scenario::LoadedScenario;
+
+    /// Measures of a flight, and the flight itself.
+    struct Both(Evaluator, Measures, Vec<Sample>);
+
+    impl Observer for Both {
+        fn observe(&mut self, sample: &Sample) {
+            let evaluation = self.0.evaluate(sample);
+            self.1.observe(sample, &evaluation);
+            self.2.push(*sample);
+        }
+    }
+
+    #[test]
+    fn they_are_what_the_samples_say() {
+        let changes = ["guarantees.tilt_error_max=1.5".to_owned()];
+        let loaded = LoadedScenario::open("tilt-recovery", &changes).unwrap();
+        let scenario = loaded.scenario();
+        let evaluator = Evaluator::new(&scenario.controller, &scenario.vehicle.into());
+        let mut both = Both(evaluator, Measures::new(scenario), Vec::new());
+        assert!(both.1.values().iter().all(Option::is_none), "nothing was flown");
+        loaded.flight().unwrap().advance(12_000, &mut both);
+
+        let (values, samples) = (both.1.values(), both.2);
+        let of = |key: &str| values[MEASURES.iter().position(|it| it.key == key).unwrap()];
+        let close = |key: &str, expected: f64| {
+            let found = of(key).unwrap_or_else(|| panic!("{key}"));
+            assert!((found - expected).abs() < 1e-6 * expected.abs().max(1e-3), "{key} {found}");
+        };
+        let most = |value: &dyn Fn(&Sample) -> f64| {
+            samples.iter().map(value).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let error = |it: &Sample| {
+            (it.truth.position_world - it.reference.position_world.as_dvec3()).length()
+        };
+        let last = samples.last().unwrap();
+        close("position_error_peak", most(&error));
+        close("position_error_final", error(last));
+        let squares: f64 = samples.iter().map(|it| error(it).powi(2)).sum();
+        close("position_error_rms", (squares / samples.len() as f64).sqrt());
+        close("height_lost", most(&|it| -it.truth.position_world.z));
+        close("rate_peak", most(&|it| it.truth.rate_body.length()));
+        close("speed_peak", most(&|it| it.truth.velocity_world.length()));
+        close("tilt_peak", most(&|it| (it.truth.attitude * DVec3::Z).angle_between(DVec3::Z)));
+        close("thrust_highest", most(&|it| it.output.wrench.thrust.into()));
+        close("torque_peak", 0.05f32.into());
+        close("tilt_error_final", tilt_error(last.truth.attitude, &last.reference));
+        close("mass_error_final", f64::from(last.estimates.inverse_mass).recip() - 0.85);
+        let saturated = |it: &&Sample| it.output.status.contains(StepStatus::TORQUE_SATURATED);
+        close("torque_saturated", samples.iter().filter(saturated).count() as f64 * 1e-3);
+
+        // Turned upright within the flight, and not back at its place.
+        let outside =
+            samples.iter().rposition(|it| tilt_error(it.truth.attitude, &it.reference) > 1.5);
+        close("tilt_settled", samples[outside.unwrap() + 1].time);
+        assert_eq!(of("position_settled"), None);
     }
 }

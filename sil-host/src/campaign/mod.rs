@@ -5,24 +5,40 @@
 //! continued where it was interrupted, and its seeds shared between machines.
 
 mod built_in;
+mod command;
 mod definition;
 mod distribution;
 mod error;
+mod execute;
 mod flight;
 mod measures;
+mod merge;
 mod normal;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod plan;
+mod progress;
+mod read;
 mod replay;
+pub mod report;
 mod row;
 mod sampling;
+mod shard;
+mod store;
+mod summary;
 mod table;
+mod window;
 
 pub use built_in::BuiltInCampaign;
+pub use command::{built_in_table, campaign};
 pub use definition::{Definition, Sampling, VariantDefinition};
 pub use distribution::{Range, Vary};
 pub use error::CampaignError;
-pub use flight::{Watch, fly};
+pub use flight::{Run, Watch, fly};
 pub use measures::{MEASURES, Measure};
+pub use merge::merge;
 pub use plan::{Campaign, Guarantee, Parameter, Variant};
 pub use row::{Observed, Outcome, Row};
+pub use shard::Shard;
+pub use summary::{GuaranteeSummary, Summary, VariantSummary};
 pub use table::{Results, RowReader, header, line};

@@ -14,13 +14,25 @@ pub struct Row {
     /// Names of the guarantees that were violated, or why the flight was refused; empty if all held.
     pub reason: String,
     /// Whether vehicle and disturbance lie in the sets that the controller was told of; if not, the
-    /// theorems promise nothing.
+    /// theorems promise nothing. Also false where nothing was flown.
     pub assumptions_kept: bool,
     /// In the order of [`MEASURES`](super::MEASURES); none where it does not apply.
     pub measures: Vec<Option<f64>>,
     /// In the order of [`Campaign::guarantees`](super::Campaign::guarantees).
     pub guarantees: Vec<Observed>,
 }
+
+impl Row {
+    /// As it is written in the results.
+    #[must_use]
+    pub fn assumptions(&self) -> &'static str {
+        if self.assumptions_kept { KEPT } else { BROKEN }
+    }
+}
+
+/// Cells of the column `assumptions`.
+pub(super) const KEPT: &str = "kept";
+pub(super) const BROKEN: &str = "broken";
 
 /// Whether the guarantees of a flight held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

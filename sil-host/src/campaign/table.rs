@@ -7,15 +7,13 @@ use std::path::{Path, PathBuf};
 use super::error::CampaignError;
 use super::measures::MEASURES;
 use super::plan::Campaign;
-use super::row::{Observed, Outcome, Row};
+use super::row::{BROKEN, KEPT, Observed, Outcome, Row};
 
 /// File of the definition in a directory of results.
 pub const DEFINITION: &str = "campaign.toml";
 /// File of the table in a directory of results.
 pub const TABLE: &str = "runs.csv";
 
-const KEPT: &str = "kept";
-const BROKEN: &str = "broken";
 /// Columns before the varied values and between them and the measures.
 const FIRST: [&str; 2] = ["seed", "variant"];
 const VERDICT: [&str; 3] = ["outcome", "reason", "assumptions"];
@@ -49,7 +47,7 @@ pub fn line(campaign: &Campaign, row: &Row) -> String {
     row.parameters.iter().for_each(|value| line.number(Some(*value)));
     line.text(row.outcome.name());
     line.text(&row.reason);
-    line.text(if row.assumptions_kept { KEPT } else { BROKEN });
+    line.text(row.assumptions());
     row.measures.iter().for_each(|value| line.number(*value));
     for guarantee in &row.guarantees {
         line.number(guarantee.observed);

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::LogArguments;
+
 /// A tenth of the ticks shows everything but single-tick noise, in a tenth of the space.
-const TRACE_EVERY: NonZeroU32 = NonZeroU32::new(10).expect("ten is not zero");
+pub(super) const TRACE_EVERY: NonZeroU32 = NonZeroU32::new(10).expect("ten is not zero");
 
 /// How to run.
 #[derive(Clone, Debug, Args)]
@@ -23,6 +25,9 @@ pub struct RunArguments {
     /// Write every N-th control tick to the trace.
     #[arg(long, default_value_t = TRACE_EVERY, value_name = "N")]
     pub trace_every: NonZeroU32,
+    /// Logs for other programs.
+    #[command(flatten)]
+    pub log: LogArguments,
     /// Seed of every random number; short for `--set seed=N`.
     #[arg(long)]
     pub seed: Option<u32>,

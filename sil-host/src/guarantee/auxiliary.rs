@@ -5,6 +5,7 @@ use ctrl_core::controller::Auxiliary;
 use super::Monitor;
 use super::lyapunov::Evaluation;
 use super::verdict::{Extreme, Requirement, Verdict};
+use crate::norm::Norm;
 use crate::sample::Sample;
 use crate::scenario::ControllerConfig;
 
@@ -50,7 +51,7 @@ impl Monitor for AuxiliaryRest {
             let attitude = auxiliary.attitude.as_dquat();
             Extreme::at(super::tracking::rotation_angle(attitude), time)
         };
-        let rate = self.latest.0.rate.as_dvec3().length();
+        let rate = self.latest.0.rate.as_dvec3().norm();
         let peak = self.peak.map(turn).unwrap_or_default();
         vec![
             row("auxiliary attitude, peak angle", "(38)", "rad", peak),

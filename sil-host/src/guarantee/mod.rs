@@ -3,6 +3,8 @@
 //! A file a monitor. Each sees every [`Sample`] with its Lyapunov [`Evaluation`] and ends in rows
 //! of the verdict table; `docs/guarantees.md` derives what each one may promise.
 
+pub(crate) mod angle;
+pub mod applied;
 pub mod auxiliary;
 pub mod estimates;
 mod law;
@@ -13,15 +15,16 @@ pub mod verdict;
 pub mod wrench;
 
 #[cfg(test)]
-mod test_flight;
+pub(crate) mod test_flight;
 #[cfg(test)]
 mod tests;
 
 use serde::{Deserialize, Serialize};
 
 use crate::plant::PlantParameters;
+use crate::plant::actuation::ActuationConfig;
 use crate::sample::Sample;
-use crate::scenario::ControllerConfig;
+use crate::scenario::{ControllerConfig, Scenario};
 use lyapunov::Evaluation;
 pub use verdict::{Requirement, Verdict};
 
@@ -60,6 +63,7 @@ pub trait Monitor {
 pub struct Guarantees {
     thrust: wrench::Thrust,
     torque: wrench::Torque,
+    applied: applied::Applied,
     estimates: estimates::EstimateSets,
     tracking: tracking::Tracking,
     auxiliary: auxiliary::AuxiliaryRest,
@@ -68,29 +72,43 @@ pub struct Guarantees {
 }
 
 impl Guarantees {
-    /// The monitors that `law` calls for on a vehicle with `parameters`.
+    /// The monitors of a flight of `scenario`.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Self {
+        let Scenario { guarantees, controller, vehicle, .. } = scenario;
+        Self::new(guarantees, controller, &(*vehicle).into(), &scenario.effective_actuation())
+    }
+
+    /// The monitors that `law` calls for on a vehicle with `parameters` and `actuation`.
     #[must_use]
     pub fn new(
         config: &GuaranteeConfig,
         law: &ControllerConfig,
         parameters: &PlantParameters,
+        actuation: &ActuationConfig,
     ) -> Self {
         Self {
             thrust: wrench::Thrust::new(law),
             torque: wrench::Torque::new(law),
+            applied: applied::Applied::new(actuation),
             estimates: estimates::EstimateSets::new(law),
             tracking: tracking::Tracking::new(config),
             auxiliary: auxiliary::AuxiliaryRest::new(law),
-            lyapunov: lyapunov::LyapunovMonitor::new(config, law, parameters),
+            lyapunov: lyapunov::LyapunovMonitor::new(config, law, parameters, actuation),
             status: status::Faults::default(),
         }
     }
 
     /// Passes one tick to every monitor.
     pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        for monitor in self.monitors_mut() {
-            monitor.observe(sample, evaluation);
-        }
+        self.thrust.observe(sample, evaluation);
+        self.torque.observe(sample, evaluation);
+        self.applied.observe(sample, evaluation);
+        self.estimates.observe(sample, evaluation);
+        self.tracking.observe(sample, evaluation);
+        self.auxiliary.observe(sample, evaluation);
+        self.lyapunov.observe(sample, evaluation);
+        self.status.observe(sample, evaluation);
     }
 
     /// The whole table.
@@ -99,13 +117,9 @@ impl Guarantees {
         self.monitors().iter().flat_map(|monitor| monitor.verdicts()).collect()
     }
 
-    fn monitors(&self) -> [&dyn Monitor; 7] {
-        let Self { thrust, torque, estimates, tracking, auxiliary, lyapunov, status } = self;
-        [thrust, torque, estimates, tracking, auxiliary, lyapunov, status]
-    }
-
-    fn monitors_mut(&mut self) -> [&mut dyn Monitor; 7] {
-        let Self { thrust, torque, estimates, tracking, auxiliary, lyapunov, status } = self;
-        [thrust, torque, estimates, tracking, auxiliary, lyapunov, status]
+    fn monitors(&self) -> [&dyn Monitor; 8] {
+        let Self { thrust, torque, applied, estimates, tracking, auxiliary, lyapunov, status } =
+            self;
+        [thrust, torque, applied, estimates, tracking, auxiliary, lyapunov, status]
     }
 }

@@ -106,6 +106,7 @@ pub fn fly<C: TrackingController>(
             truth,
             reference,
             output,
+            applied: output.wrench.into(),
             intermediates,
             estimates,
             auxiliary,

@@ -20,7 +20,7 @@ const CONFIG: GuaranteeConfig = GuaranteeConfig {
 fn failing(config: &ControllerConfig, change: impl FnOnce(&mut Sample)) -> Vec<&'static str> {
     let mut sample = sample(config);
     change(&mut sample);
-    let mut guarantees = Guarantees::new(&CONFIG, config, &VEHICLE);
+    let mut guarantees = Guarantees::new(&CONFIG, config, &VEHICLE, &ActuationConfig::default());
     guarantees.observe(&sample, &Evaluator::new(config, &VEHICLE).evaluate(&sample));
     let rows = guarantees.verdicts();
     // One sample has no next one: the balance of V has nothing to say yet.
@@ -78,7 +78,7 @@ fn errors_of_the_true_vehicle_and_faults_fail() {
 fn a_flight_that_ends_before_it_may_settle_fails() {
     let [first, _] = both(0.001);
     let config = GuaranteeConfig { settle_time: 1.0, ..CONFIG };
-    let mut guarantees = Guarantees::new(&config, &first, &VEHICLE);
+    let mut guarantees = Guarantees::new(&config, &first, &VEHICLE, &ActuationConfig::default());
     let sample = sample(&first);
     guarantees.observe(&sample, &Evaluator::new(&first, &VEHICLE).evaluate(&sample));
     let rows = guarantees.verdicts();

@@ -3,9 +3,11 @@
 use ctrl_core::reference::Reference;
 use glam::{DQuat, DVec3};
 
+use super::angle::{Angle, LargestAngle};
 use super::lyapunov::Evaluation;
 use super::verdict::{Extreme, Requirement, Verdict};
 use super::{GuaranteeConfig, Monitor};
+use crate::norm::Norm;
 use crate::sample::Sample;
 
 /// Position, attitude, tilt and heading error after `settle_time`.
@@ -13,41 +15,48 @@ use crate::sample::Sample;
 pub struct Tracking {
     config: GuaranteeConfig,
     position: Extreme,
-    attitude: Extreme,
-    tilt: Extreme,
-    heading: Extreme,
+    /// Half of it.
+    attitude: LargestAngle,
+    tilt: LargestAngle,
+    heading: LargestAngle,
 }
 
 impl Tracking {
     /// With the bounds of `config`.
     #[must_use]
     pub fn new(config: &GuaranteeConfig) -> Self {
-        let none = Extreme::default();
-        Self { config: *config, position: none, attitude: none, tilt: none, heading: none }
+        let none = LargestAngle::default();
+        let position = Extreme::default();
+        Self { config: *config, position, attitude: none, tilt: none, heading: none }
     }
 }
 
 /// Angle between body z and the thrust direction `b3d` that the reference needs [rad].
 #[must_use]
 pub fn tilt_error(attitude: DQuat, reference: &Reference) -> f64 {
-    angle(attitude * DVec3::Z, reference.specific_force().value.as_dvec3())
+    tilt(attitude, reference).radians()
+}
+
+/// Angle between body z and `b3d`.
+pub(crate) fn tilt(attitude: DQuat, reference: &Reference) -> Angle {
+    Angle::between(attitude * DVec3::Z, reference.specific_force().value.as_dvec3())
 }
 
 /// Angle between body y and the reference's `b2d` [rad].
 #[must_use]
 pub fn heading_error(attitude: DQuat, reference: &Reference) -> f64 {
-    angle(attitude * DVec3::Y, reference.left_world.as_dvec3())
+    heading(attitude, reference).radians()
+}
+
+/// Angle between body y and `b2d`.
+pub(crate) fn heading(attitude: DQuat, reference: &Reference) -> Angle {
+    Angle::between(attitude * DVec3::Y, reference.left_world.as_dvec3())
 }
 
 /// Rotation angle of `error`, the same for `q` and `-q` [rad].
 #[must_use]
 pub fn rotation_angle(error: DQuat) -> f64 {
-    2.0 * error.xyz().length().atan2(error.w.abs())
-}
-
-/// Angle between two vectors of any length, accurate when it is small.
-fn angle(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b))
+    2.0 * Angle::half_turn(error).radians()
 }
 
 impl Monitor for Tracking {
@@ -56,10 +65,10 @@ impl Monitor for Tracking {
             return;
         }
         let attitude = sample.truth.attitude;
-        self.position.highest(evaluation.position_error.length(), sample.time);
-        self.attitude.highest(rotation_angle(evaluation.attitude_error), sample.time);
-        self.tilt.highest(tilt_error(attitude, &sample.reference), sample.time);
-        self.heading.highest(heading_error(attitude, &sample.reference), sample.time);
+        self.position.highest(evaluation.position_error.norm(), sample.time);
+        self.attitude.observe(Angle::half_turn(evaluation.attitude_error), sample.time);
+        self.tilt.observe(tilt(attitude, &sample.reference), sample.time);
+        self.heading.observe(heading(attitude, &sample.reference), sample.time);
     }
 
     fn verdicts(&self) -> Vec<Verdict> {
@@ -75,9 +84,15 @@ impl Monitor for Tracking {
         ];
         vec![
             row(names[0], "(5)", "m", config.position_error_max, self.position),
-            row(names[1], "(36), (53)", "rad", config.attitude_error_max, self.attitude),
-            row(names[2], "(2)", "rad", config.tilt_error_max, self.tilt),
-            row(names[3], "(6)", "rad", config.heading_error_max, self.heading),
+            row(
+                names[1],
+                "(36), (53)",
+                "rad",
+                config.attitude_error_max,
+                self.attitude.extreme(2.0),
+            ),
+            row(names[2], "(2)", "rad", config.tilt_error_max, self.tilt.extreme(1.0)),
+            row(names[3], "(6)", "rad", config.heading_error_max, self.heading.extreme(1.0)),
         ]
     }
 }

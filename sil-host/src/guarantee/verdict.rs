@@ -83,8 +83,9 @@ impl Extreme {
         Self(Some((value, time)))
     }
 
-    /// Keeps `value` at `time` if `worse(value, kept)`.
-    fn keep(&mut self, value: f64, time: f64, worse: impl FnOnce(f64, f64) -> bool) {
+    /// Keeps `value` at `time` if `worse(value, kept)`; whether it did.
+    #[inline]
+    fn keep(&mut self, value: f64, time: f64, worse: impl FnOnce(f64, f64) -> bool) -> bool {
         let replace = match self.0 {
             None => true,
             Some((kept, _)) => !kept.is_nan() && (value.is_nan() || worse(value, kept)),
@@ -92,12 +93,18 @@ impl Extreme {
         if replace {
             self.0 = Some((value, time));
         }
+        replace
     }
 
-    /// Keeps the highest.
+    /// Keeps the highest; whether `value` is it.
     #[inline]
-    pub fn highest(&mut self, value: f64, time: f64) {
-        self.keep(value, time, |new, kept| new > kept);
+    pub fn highest(&mut self, value: f64, time: f64) -> bool {
+        self.keep(value, time, |new, kept| new > kept)
+    }
+
+    /// The same in a unit `factor` times smaller.
+    pub(super) fn scaled(self, factor: f64) -> Self {
+        Self(self.0.map(|(value, time)| (factor * value, time)))
     }
 
     /// Keeps the lowest.
@@ -106,10 +113,10 @@ impl Extreme {
         self.keep(value, time, |new, kept| new < kept);
     }
 
-    /// Keeps the value with the least margin to `requirement`.
+    /// Keeps the value with the least margin to `requirement`; whether it is `value`.
     #[inline]
-    pub fn tightest(&mut self, value: f64, time: f64, requirement: Requirement) {
-        self.keep(value, time, |new, kept| requirement.margin(new) < requirement.margin(kept));
+    pub fn tightest(&mut self, value: f64, time: f64, requirement: Requirement) -> bool {
+        self.keep(value, time, |new, kept| requirement.margin(new) < requirement.margin(kept))
     }
 
     /// The value, if any was observed.

@@ -117,7 +117,7 @@ fn fly_watched(
         let seed = loaded.scenario().seed;
         session.inject(Some(LinkFaults::new(seed, &arguments.fault, arguments.fault_rate)));
     }
-    let flown = run::watched(loaded.scenario(), &arguments.run, |watch, progress| {
+    let flown = run::watched(loaded, &arguments.run, |watch, progress| {
         fly(loaded, &mut session, watch, Some(progress))
     });
     if let (Some(file), Some(recording)) = (&arguments.record, session.take_recording()) {

@@ -12,8 +12,8 @@ use super::fault::LinkFaults;
 use super::lockstep::{Lockstep, PATIENCE};
 use super::recording::{Direction, Recording};
 
-/// Releases of telemetry within which an answer must come.
-const ANSWER_WITHIN: usize = 20;
+/// Releases of telemetry within which an answer must come: storing waits for housekeeping.
+const ANSWER_WITHIN: usize = 200;
 /// Releases of telemetry within which a health report must come.
 const HEALTH_WITHIN: usize = 200;
 

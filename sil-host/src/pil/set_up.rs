@@ -17,16 +17,39 @@ const FRESH_TICKS: usize = 60;
 /// # Errors
 /// When the vehicle refuses, or steps at another rate.
 pub fn set_up(session: &mut Session, scenario: &Scenario) -> Result<VehicleState, PilError> {
+    let state = greet(session, scenario)?;
+    // A stream suits every controller, so that no trajectory stands against the gains meanwhile.
+    let stream = Uplink::SelectTrajectory(TrajectorySelection::Stream);
+    session.demand("to follow a stream", stream, state)?;
+    select_controller(session, &scenario.controller, state)?;
+    arm(session, scenario, state)
+}
+
+/// As [`set_up`], with the controller and the parameters that are in force on the vehicle.
+///
+/// # Errors
+/// As [`set_up`].
+pub fn ready(session: &mut Session, scenario: &Scenario) -> Result<VehicleState, PilError> {
+    let state = greet(session, scenario)?;
+    arm(session, scenario, state)
+}
+
+/// Begins the conversation; the scenario's initial state.
+fn greet(session: &mut Session, scenario: &Scenario) -> Result<VehicleState, PilError> {
     let state = scenario.initial.state().measured();
     let identity = session.subscribe(state)?;
     let (image, wanted) = (identity.step_period, scenario.controller.step_period());
     if image != wanted {
         return Err(PilError::StepPeriod { image, scenario: wanted });
     }
-    // A stream suits every controller, so that no trajectory stands against the gains meanwhile.
-    let stream = Uplink::SelectTrajectory(TrajectorySelection::Stream);
-    session.demand("to follow a stream", stream, state)?;
-    select_controller(session, &scenario.controller, state)?;
+    Ok(state)
+}
+
+fn arm(
+    session: &mut Session,
+    scenario: &Scenario,
+    state: VehicleState,
+) -> Result<VehicleState, PilError> {
     select_trajectory(session, &scenario.trajectory, state)?;
     let sample = Uplink::State { tick: 0, state };
     for _ in 0..FRESH_TICKS {

@@ -1,7 +1,9 @@
 //! The simulated vehicle: truth in `f64`, from which the controller's `f32` state is rounded.
 //!
-//! A file a physical effect: [`rigid_body`] moves the vehicle, [`disturbance`] pushes it.
+//! A file a physical effect: [`rigid_body`] moves the vehicle, [`disturbance`] pushes it, [`actuation`]
+//! makes of a command what really acts. `docs/plant.md` says what each one does.
 
+pub mod actuation;
 pub mod disturbance;
 pub mod rigid_body;
 
@@ -42,6 +44,15 @@ pub struct PlantParameters {
     pub mass: f64,
     /// `J`: principal moments of inertia [kg m^2].
     pub inertia: DVec3,
+}
+
+/// What the rotors really do to the vehicle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AppliedWrench {
+    /// Thrust along body z [N].
+    pub thrust: f64,
+    /// Torque in body axes [N m].
+    pub torque_body: DVec3,
 }
 
 /// What disturbs the vehicle, held over one control tick.

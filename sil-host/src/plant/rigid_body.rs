@@ -15,7 +15,7 @@
 use ctrl_core::vehicle::{GRAVITY, Wrench};
 use glam::{DQuat, DVec3};
 
-use super::{Disturbance, PlantParameters, PlantState};
+use super::{AppliedWrench, Disturbance, PlantParameters, PlantState};
 
 /// A rigid body: its parameters and how finely a control tick is integrated.
 #[derive(Clone, Copy, Debug)]
@@ -51,10 +51,9 @@ impl RigidBody {
     #[inline]
     #[must_use]
     pub fn advance(&self, state: &PlantState, wrench: &Wrench, held: &Disturbance) -> PlantState {
-        let thrust = f64::from(wrench.thrust) * self.inverse_mass;
-        let free = held.acceleration_world - DVec3::Z * f64::from(GRAVITY);
-        let torque = wrench.torque_body.as_dvec3() + held.torque_body;
-        let spin = self.h * self.inverse_inertia * torque;
+        let wrench = AppliedWrench::from(*wrench);
+        let thrust = wrench.thrust * self.inverse_mass;
+        let (free, spin) = (free(held), self.spin(&wrench, held));
         let mut state = *state;
         for _ in 0..self.sub_steps {
             state = self.sub_step(&state, thrust, free, spin);
@@ -62,19 +61,95 @@ impl RigidBody {
         state
     }
 
+    /// How many RK4 steps move the body on by one step period.
+    #[must_use]
+    pub fn sub_steps(&self) -> u32 {
+        self.sub_steps
+    }
+
+    /// How long each of them is [s].
+    #[must_use]
+    pub fn sub_step_duration(&self) -> f64 {
+        self.h
+    }
+
+    /// The state one RK4 step later; `sub_steps` of them are one [`advance`](Self::advance), to the bit.
+    pub(super) fn sub_step_held(
+        &self,
+        state: &PlantState,
+        wrench: &AppliedWrench,
+        held: &Disturbance,
+    ) -> PlantState {
+        let thrust = wrench.thrust * self.inverse_mass;
+        self.sub_step(state, thrust, free(held), self.spin(wrench, held))
+    }
+
+    /// The state one RK4 step later, under a wrench that changes: at the step's start, in its middle,
+    /// and at its end.
+    pub(super) fn sub_step_varying(
+        &self,
+        state: &PlantState,
+        wrench: &[AppliedWrench; 3],
+        held: &Disturbance,
+    ) -> PlantState {
+        let thrust = wrench.map(|wrench| wrench.thrust * self.inverse_mass);
+        let spin = wrench.map(|wrench| self.spin(&wrench, held));
+        self.stages(state, thrust, free(held), spin)
+    }
+
+    /// What wrench and disturbance add to the rate in one RK4 step [rad/s].
+    #[inline(always)]
+    fn spin(&self, wrench: &AppliedWrench, held: &Disturbance) -> DVec3 {
+        self.h * self.inverse_inertia * (wrench.torque_body + held.torque_body)
+    }
+
     /// One RK4 step: `thrust` and `free` are the accelerations [m/s^2] along `R e3` and without
-    /// it, `spin` is what the torque adds to the rate in one step [rad/s]. `dw` and `dq` are the
-    /// increments of the four stages, derivative times `h`.
+    /// it, `spin` is what the torque adds to the rate in one step [rad/s].
     #[inline]
     fn sub_step(&self, state: &PlantState, thrust: f64, free: DVec3, spin: DVec3) -> PlantState {
+        let turned = self.turned(state, [spin; 3]);
+        let (h, velocity, [z1, z23, z4]) = (self.h, state.velocity_world, turned.thrust_axes);
+        PlantState {
+            position_world: state.position_world
+                + h * (velocity + h * (thrust / 6.0 * (z1 + z23) + 0.5 * free)),
+            velocity_world: velocity + h * (thrust / 6.0 * (z1 + 2.0 * z23 + z4) + free),
+            attitude: turned.attitude,
+            rate_body: turned.rate_body,
+        }
+    }
+
+    /// As [`sub_step`](Self::sub_step), with thrust and spin at start, middle and end of the step.
+    fn stages(
+        &self,
+        state: &PlantState,
+        [f1, f23, f4]: [f64; 3],
+        free: DVec3,
+        spin: [DVec3; 3],
+    ) -> PlantState {
+        let turned = self.turned(state, spin);
+        let (h, velocity, [z1, z23, z4]) = (self.h, state.velocity_world, turned.thrust_axes);
+        let (start, middle, end) = (f1 * z1, f23 * z23, f4 * z4);
+        PlantState {
+            position_world: state.position_world
+                + h * (velocity + h * ((start + middle) / 6.0 + 0.5 * free)),
+            velocity_world: velocity + h * ((start + 2.0 * middle + end) / 6.0 + free),
+            attitude: turned.attitude,
+            rate_body: turned.rate_body,
+        }
+    }
+
+    /// (3), (4) over one RK4 step, under the spins of its start, middle and end. `dw` and `dq` are
+    /// the increments of the four stages, derivative times `h`.
+    #[inline(always)]
+    fn turned(&self, state: &PlantState, [s1, s23, s4]: [DVec3; 3]) -> Turned {
         let w1 = state.rate_body;
-        let dw1 = self.rate_increment(w1, spin);
+        let dw1 = self.rate_increment(w1, s1);
         let w2 = w1 + 0.5 * dw1;
-        let dw2 = self.rate_increment(w2, spin);
+        let dw2 = self.rate_increment(w2, s23);
         let w3 = w1 + 0.5 * dw2;
-        let dw3 = self.rate_increment(w3, spin);
+        let dw3 = self.rate_increment(w3, s23);
         let w4 = w1 + dw3;
-        let dw4 = self.rate_increment(w4, spin);
+        let dw4 = self.rate_increment(w4, s4);
 
         let h = self.h;
         let q1 = state.attitude;
@@ -85,17 +160,10 @@ impl RigidBody {
         let dq3 = attitude_increment(q3, 0.5 * h * w3);
         let q4 = q1 + dq3;
         let dq4 = attitude_increment(q4, 0.5 * h * w4);
-
-        // p and v of the stages differ by multiples of the accelerations only, which collapses
-        // RK4 of (1), (2) to these two sums of the stages' thrust axes.
-        let (z1, z23, z4) = (thrust_axis(q1), thrust_axis(q2) + thrust_axis(q3), thrust_axis(q4));
-        let velocity = state.velocity_world;
-        PlantState {
-            position_world: state.position_world
-                + h * (velocity + h * (thrust / 6.0 * (z1 + z23) + 0.5 * free)),
-            velocity_world: velocity + h * (thrust / 6.0 * (z1 + 2.0 * z23 + z4) + free),
-            attitude: normalised(q1 + (dq1 + (dq2 + dq3) * 2.0 + dq4) * (1.0 / 6.0)),
+        Turned {
             rate_body: w1 + (dw1 + 2.0 * (dw2 + dw3) + dw4) * (1.0 / 6.0),
+            attitude: normalised(q1 + (dq1 + (dq2 + dq3) * 2.0 + dq4) * (1.0 / 6.0)),
+            thrust_axes: [thrust_axis(q1), thrust_axis(q2) + thrust_axis(q3), thrust_axis(q4)],
         }
     }
 
@@ -104,6 +172,21 @@ impl RigidBody {
     fn rate_increment(&self, w: DVec3, spin: DVec3) -> DVec3 {
         self.gyroscopic * DVec3::new(w.y * w.z, w.z * w.x, w.x * w.y) + spin
     }
+}
+
+/// How the body turned over one RK4 step. The stages' `p` and `v` differ by multiples of the
+/// accelerations only, which collapses RK4 of (1), (2) to sums of the stages' thrust axes.
+struct Turned {
+    rate_body: DVec3,
+    attitude: DQuat,
+    /// `R e3` of the first stage, the sum of the two in the middle, and of the last.
+    thrust_axes: [DVec3; 3],
+}
+
+/// Acceleration without thrust [m/s^2].
+#[inline(always)]
+fn free(held: &Disturbance) -> DVec3 {
+    held.acceleration_world - DVec3::Z * f64::from(GRAVITY)
 }
 
 /// (3): `h q'`, where `turn` is `h/2 w`.

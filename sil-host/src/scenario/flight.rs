@@ -9,9 +9,10 @@ use ctrl_core::vehicle::WrenchBounds;
 
 use super::{ControllerConfig, Scenario};
 use crate::closed_loop::{Flight, Observer};
-use crate::plant::PlantState;
+use crate::plant::actuation::Actuators;
 use crate::plant::disturbance::DisturbanceProcess;
 use crate::plant::rigid_body::RigidBody;
+use crate::plant::{PlantParameters, PlantState};
 
 /// A flight of whichever controller the scenario chose.
 #[derive(Clone, Debug)]
@@ -74,7 +75,10 @@ pub(crate) fn start<C: TrackingController>(
     let trajectory = scenario.trajectory.build(controller.step_period())?;
     controller.accept(&trajectory)?;
     let period = f64::from(controller.step_period());
-    let body = RigidBody::new(&scenario.vehicle.into(), period, scenario.plant_steps_per_tick);
+    let parameters = PlantParameters::from(scenario.vehicle);
+    let body = RigidBody::new(&parameters, period, scenario.plant_steps_per_tick);
+    let actuators = Actuators::new(&scenario.actuation, &parameters, &body);
     let disturbance = DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period);
-    Ok(Flight::new(controller, trajectory, body, disturbance, scenario.initial.state()))
+    let flight = Flight::new(controller, trajectory, body, disturbance, scenario.initial.state());
+    Ok(flight.with_actuators(actuators))
 }

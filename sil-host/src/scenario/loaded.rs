@@ -68,6 +68,13 @@ impl LoadedScenario {
         &self.scenario
     }
 
+    /// The same scenario under another name, which its results are called after.
+    #[must_use]
+    pub fn renamed(mut self, name: &str) -> Self {
+        name.clone_into(&mut self.scenario.name);
+        self
+    }
+
     /// Its TOML, with the changes made.
     #[must_use]
     pub fn text(&self) -> &str {

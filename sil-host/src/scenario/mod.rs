@@ -25,6 +25,7 @@ use serde::Deserialize;
 
 use crate::guarantee::GuaranteeConfig;
 use crate::plant::PlantParameters;
+use crate::plant::actuation::ActuationConfig;
 use crate::plant::disturbance::DisturbanceConfig;
 
 /// Everything that a flight depends on.
@@ -43,6 +44,9 @@ pub struct Scenario {
     pub plant_steps_per_tick: u32,
     /// The true vehicle, which the controller does not know.
     pub vehicle: VehicleConfig,
+    /// What the rotors make of a command; absent: exactly it, at once.
+    #[serde(default)]
+    pub actuation: ActuationConfig,
     /// State at the first tick.
     pub initial: InitialCondition,
     /// What disturbs the vehicle.
@@ -126,8 +130,15 @@ impl Scenario {
         (self.duration / f64::from(self.controller.step_period())).round() as u64
     }
 
-    /// Whether the true vehicle or the disturbance leaves the set that the controller is told:
-    /// then the theorems promise nothing. One sentence each.
+    /// What the rotors make of a command, with the delay that the plant's steps give.
+    #[must_use]
+    pub fn effective_actuation(&self) -> ActuationConfig {
+        let period = f64::from(self.controller.step_period());
+        self.actuation.in_steps_of(period / f64::from(self.plant_steps_per_tick))
+    }
+
+    /// Where the true vehicle or the disturbance leaves the set that the controller is told, or does
+    /// not do as commanded: then the theorems promise nothing. One sentence each.
     #[must_use]
     pub fn broken_assumptions(&self) -> Vec<String> {
         validation::broken_assumptions(self)

@@ -1,6 +1,8 @@
 //! What serde cannot check: ranges of the harness's own fields, and the theorems' assumptions.
 
 use super::Scenario;
+use crate::plant::actuation::ActuationConfig;
+use crate::report::number;
 
 /// A range that one value must keep.
 struct Check {
@@ -42,6 +44,7 @@ fn checks(scenario: &Scenario) -> Vec<Check> {
         positive("guarantees.heading_error_max", guarantees.heading_error_max),
         positive("guarantees.lyapunov_window", guarantees.lyapunov_window),
     ];
+    checks.extend(actuation_checks(&scenario.actuation));
     if let Some(noise) = disturbance.noise {
         checks.push(not_negative("disturbance.noise.acceleration", noise.acceleration));
         checks.push(not_negative("disturbance.noise.torque", noise.torque));
@@ -55,6 +58,20 @@ fn checks(scenario: &Scenario) -> Vec<Check> {
         checks.push(positive("disturbance.sinusoid.frequency", sinusoid.frequency));
     }
     checks
+}
+
+fn actuation_checks(actuation: &ActuationConfig) -> impl Iterator<Item = Check> {
+    let positive: fn(f64) -> bool = |x| x > 0.0;
+    let delay: fn(f64) -> bool = |x| (0.0..=ActuationConfig::DELAY_MAX).contains(&x);
+    let lag: fn(f64) -> bool = |x| (0.0..=ActuationConfig::ROTOR_LAG_MAX).contains(&x);
+    [
+        ("actuation.thrust_max", actuation.thrust_max, positive, "positive"),
+        ("actuation.torque_max", actuation.torque_max, positive, "positive"),
+        ("actuation.delay", actuation.delay, delay, "in [0, 1] s"),
+        ("actuation.rotor_lag", actuation.rotor_lag, lag, "in [0, 10] s"),
+    ]
+    .into_iter()
+    .filter_map(|(path, value, holds, bound)| Some(Check { path, value: value?, holds, bound }))
 }
 
 fn first_infinite_vector(scenario: &Scenario) -> Option<&'static str> {
@@ -106,5 +123,31 @@ pub(super) fn broken_assumptions(scenario: &Scenario) -> Vec<String> {
         torque as f32 <= d2,
         format!("disturbance torque up to {torque} N m exceeds D2 = {d2} N m"),
     );
+    broken.extend(unlike_the_command(scenario));
     broken
+}
+
+/// How the vehicle does otherwise than commanded.
+fn unlike_the_command(scenario: &Scenario) -> Vec<String> {
+    let (law, actuation) = (&scenario.controller, scenario.effective_actuation());
+    let mut sentences = Vec::new();
+    let mut demand = |limit: Option<f32>, bound: f64, unit: &str| {
+        if let Some(limit) = limit.map(f64::from).filter(|&limit| limit < bound) {
+            let asked = if bound.is_finite() { number(bound) } else { "any".to_owned() };
+            let given = number(limit);
+            sentences.push(format!("the rotors give {given} {unit}, the law may ask for {asked}"));
+        }
+    };
+    if let Some(limits) = actuation.limits() {
+        let thrust = law.thrust_upper_bound().min(law.thrust_max().unwrap_or(f64::INFINITY));
+        demand(limits.thrust_max, thrust, "N of thrust");
+        demand(limits.torque_max, law.torque_max().unwrap_or(f64::INFINITY), "N m about an axis");
+    }
+    let acting = |time: Option<f64>| time.filter(|&time| time > 0.0).map(number);
+    sentences.extend(acting(actuation.delay).map(|time| format!("commands act {time} s late")));
+    sentences.extend(
+        acting(actuation.rotor_lag)
+            .map(|time| format!("thrust and torque lag behind the command by {time} s")),
+    );
+    sentences
 }

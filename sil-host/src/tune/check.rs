@@ -58,7 +58,7 @@ pub fn check(proposal: &Proposal) -> Result<Check, CampaignError> {
     let columns = campaign.guarantees();
     let runs: Vec<_> =
         (0..campaign.runs()).into_par_iter().map(|index| fly(&campaign, index)).collect();
-    let rows: Vec<_> = runs.into_iter().flatten().collect();
+    let rows: Vec<_> = runs.into_iter().flat_map(|run| run.rows).collect();
     let judged = columns.iter().enumerate().filter(|(_, it)| it.name.ends_with("after settling"));
     let comparisons = judged.zip(proposal.bounds()).map(|((column, it), predicted)| Comparison {
         name: it.name,

@@ -1,16 +1,17 @@
 //! The gains: a first guess in closed form, then larger or better damped until the surveyed poles
 //! are where they were wanted at every corner, and small enough for every inequality of the core.
 
-use core::fmt;
-
 use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::error::{Bound, Condition, ConfigError};
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::vehicle::GRAVITY;
 
+use super::digits::{rounded, rounded_down};
 use super::hover::Hover;
+use super::infeasible::{Infeasible, Mend};
 use super::request::{Limits, Request};
+use super::room::{acceleration, auxiliary_gain};
 use super::survey::{LoopSurvey, Which};
 use crate::report::number;
 use crate::scenario::ControllerConfig;
@@ -32,42 +33,9 @@ const COUPLING: f64 = 0.02;
 /// manoeuvre (one radian of amplitude at the attitude's bandwidth, or the whole torque).
 const ADAPTATION: f64 = 0.02;
 
-/// `M1` is at least so many times `D1`, so that a lasting push takes it only half to its limit.
-const PUSH: f64 = 2.0;
-
 /// By how much a factor of the guess grows at a time, and how often at most.
 const GROWTH: f64 = 1.04;
 const ROUNDS: u32 = 60;
-
-/// What rounding to `f32` may take of the margin.
-const ROUNDING: f64 = 1e-6;
-
-/// Why no gains meet a request: an inequality, by how much it fails, and what would change that.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Infeasible {
-    /// The inequality.
-    pub inequality: String,
-    /// Its left side, which is too large.
-    pub left: f64,
-    /// Its right side.
-    pub right: f64,
-    /// Unit of both sides.
-    pub unit: &'static str,
-    /// What would make it hold.
-    pub remedies: Vec<String>,
-}
-
-impl fmt::Display for Infeasible {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { inequality, left, right, unit, remedies } = self;
-        let (left, right, short) = (number(*left), number(*right), number(left - right));
-        write!(out, "no gains meet the request: {inequality}: {left} against {right} {unit}, ")?;
-        write!(out, "{short} too much; ")?;
-        write!(out, "it would hold with {}", remedies.join(", or "))
-    }
-}
-
-impl core::error::Error for Infeasible {}
 
 /// Every condition of the controller's constructor, whether it holds or not.
 #[must_use]
@@ -123,6 +91,17 @@ struct Factors {
 /// # Errors
 /// The inequality that no choice of gains meets.
 pub fn design(request: &Request) -> Result<ControllerConfig, Infeasible> {
+    attempt(request).map_err(|mut error| {
+        if let Some(words) =
+            error.mend.and_then(|(mend, value)| mend.sufficient(request, value, attempt))
+        {
+            error.remedies.insert(0, words);
+        }
+        error
+    })
+}
+
+fn attempt(request: &Request) -> Result<ControllerConfig, Infeasible> {
     let mut outcomes = ROTATION_SLOPES.iter().map(|&slope| search(request, slope));
     let steepest = outcomes.next().expect("there are slopes to try");
     // The error of the least slope is that of the gains that ask least of the step period.
@@ -231,11 +210,11 @@ fn poles_out_of_reach(request: &Request, (survey, bandwidth): &(LoopSurvey, bool
             ),
             "a narrower interval of the inertia".to_owned(),
         ],
+        mend: None,
     }
 }
 
-/// The core refuses gains with the margin taken off; for a loop too fast for the step, the remedy is
-/// exact for these gains.
+/// The core refuses gains with the margin taken off.
 fn refused(request: &Request, error: &ConfigError) -> Infeasible {
     let ConfigError { parameter, value, bound, source } = *error;
     let right = match bound {
@@ -245,9 +224,9 @@ fn refused(request: &Request, error: &ConfigError) -> Infeasible {
     let left = f64::from(value);
     let margin = number(request.wanted.margin);
     let mut remedies = vec!["a smaller wanted.attitude_bandwidth".to_owned()];
+    let mut mend = None;
     if parameter.starts_with("step_period") {
-        let period = rounded_down(f64::from(request.step_period) * right / left);
-        remedies.insert(0, format!("step_period <= {} s", number(period)));
+        mend = Some((Mend::StepPeriod, f64::from(request.step_period) * right / left));
         remedies.push("a narrower interval of the inertia".to_owned());
     }
     Infeasible {
@@ -256,6 +235,7 @@ fn refused(request: &Request, error: &ConfigError) -> Infeasible {
         right,
         unit: "with the margin taken off",
         remedies,
+        mend,
     }
 }
 
@@ -312,41 +292,8 @@ fn rate_gain(request: &Request, k3: f64, damping: f64) -> f64 {
     }
 }
 
-/// `k5`, with which half the torque to spare can follow the auxiliary attitude back from half a turn:
-/// `J_hi pi (k5/2)^2` is the most that this takes. At most half the attitude's speed.
-fn auxiliary_gain(request: &Request, attitude: f64) -> Result<f64, Infeasible> {
-    let Some(limits) = request.limits else { return Ok(0.0) };
-    let inertia = f64::from(request.known.inertia.upper);
-    let free = (1.0 - request.wanted.margin) * (1.0 - ROUNDING);
-    let most = free * f64::from(limits.torque_max);
-    let torque =
-        request.lasting_torque + inertia * attitude * attitude * request.wanted.attitude_range;
-    if torque > most {
-        let slower = ((most - request.lasting_torque) / (inertia * request.wanted.attitude_range))
-            .max(0.0)
-            .sqrt();
-        let mut remedies = vec![format!("torque_max >= {} N m", number(rounded_up(torque / free)))];
-        if slower > 0.0 {
-            remedies.push(format!("poles of the attitude at {} rad/s at most", number(slower)));
-        }
-        remedies.push("a smaller wanted.attitude_range or lasting_torque".to_owned());
-        return Err(Infeasible {
-            inequality: format!(
-                "lasting_torque + J_hi bandwidth^2 attitude_range within torque_max, \
-                 the attitude's poles at {} rad/s",
-                number(attitude)
-            ),
-            left: torque,
-            right: most,
-            unit: "N m",
-            remedies,
-        });
-    }
-    let followed = ((most - request.lasting_torque) / (inertia * core::f64::consts::TAU)).sqrt();
-    Ok(rounded_down((2.0 * followed).min(0.5 * attitude)))
-}
-
-fn assembled(
+/// The controller with these gains; `attitude` is the speed of its attitude loop [rad/s].
+pub(super) fn assembled(
     request: &Request,
     cascade: CascadeGains,
     k4: f64,
@@ -381,116 +328,6 @@ fn assembled(
     }
 }
 
-/// `M1 + M2` [m/s^2]: as much as thrust and torque leave with margin.
-fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Infeasible> {
-    let free = (1.0 - request.wanted.margin) * (1.0 - ROUNDING);
-    let d1 = f64::from(request.known.disturbance_acceleration);
-    let needed = (2.0 * bandwidth.powi(2) * request.wanted.position_range).max(2.0 * PUSH * d1);
-    let why = "M1 + M2 >= 2 max(position_range bandwidth^2, 2 D1)";
-    let room = thrust_room(request);
-    let lift = free * room.lift;
-    if needed > lift {
-        let spared = number(needed / free - room.lift);
-        return Err(Infeasible {
-            inequality: format!("{why} within the lower thrust bound (19)"),
-            left: needed,
-            right: lift,
-            unit: "m/s^2",
-            remedies: vec![
-                format!(
-                    "reference_acceleration_max + disturbance_acceleration less by {spared} m/s^2"
-                ),
-                "a smaller wanted.position_bandwidth or wanted.position_range".to_owned(),
-            ],
-        });
-    }
-    let Some(limits) = request.limits else { return Ok(lift) };
-    let thrust = free * room.thrust;
-    if needed > thrust {
-        let enough = number(rounded_up(room.thrust_for(needed / free)));
-        return Err(Infeasible {
-            inequality: format!("{why} within the upper thrust bound (54)"),
-            left: needed,
-            right: thrust,
-            unit: "m/s^2",
-            remedies: vec![format!("thrust_max >= {enough} N"), lower_demand()],
-        });
-    }
-    let inertia = f64::from(request.known.inertia.upper);
-    let torque =
-        |sum: f64| request.lasting_torque + inertia * bandwidth * bandwidth * (sum + d1) / G;
-    let most = free * f64::from(limits.torque_max);
-    if torque(needed) > most {
-        return Err(Infeasible {
-            inequality: "lasting_torque + J_hi bandwidth^2 (M1 + M2 + D1)/g within torque_max"
-                .to_owned(),
-            left: torque(needed),
-            right: most,
-            unit: "N m",
-            remedies: vec![
-                format!("torque_max >= {} N m", number(rounded_up(torque(needed) / free))),
-                lower_demand(),
-            ],
-        });
-    }
-    let steerable = (most - request.lasting_torque) * G / (inertia * bandwidth * bandwidth) - d1;
-    Ok(lift.min(thrust).min(steerable))
-}
-
-fn lower_demand() -> String {
-    "a smaller wanted.position_bandwidth, wanted.position_range or disturbance_acceleration"
-        .to_owned()
-}
-
-/// Room for `M1 + M2` [m/s^2].
-struct ThrustRoom {
-    /// Below (19).
-    lift: f64,
-    /// Below (54).
-    thrust: f64,
-    /// `(20)` without `M1 + M2`, and what each m/s^2 of it adds [N].
-    upper: (f64, f64),
-}
-
-impl ThrustRoom {
-    /// Thrust that `sum` needs (20) [N].
-    fn thrust_for(&self, sum: f64) -> f64 {
-        self.upper.0 + self.upper.1 * sum
-    }
-}
-
-/// Gains that ask for nothing.
-const IDLE: CascadeGains = CascadeGains {
-    k1: 0.0,
-    k2: 0.0,
-    k3: 0.0,
-    c: 0.0,
-    m1: 0.0,
-    m2: 0.0,
-    gamma1: 0.0,
-    delta_1: 0.0,
-    delta_min_translation: 1.0,
-    delta_min_rotation: 1.0,
-};
-
-/// From the bounds (19) and (20) as the monitors have them: both are linear in `M1 + M2`.
-fn thrust_room(request: &Request) -> ThrustRoom {
-    let with = |m1: f32| {
-        let mut law = assembled(request, IDLE, 1.0, 1.0, 1.0);
-        law.cascade_mut().m1 = m1;
-        law
-    };
-    let (none, one) = (with(0.0), with(1.0));
-    let (lower, upper) = (none.thrust_lower_bound(), none.thrust_upper_bound());
-    let slope = one.thrust_upper_bound() - upper;
-    let thrust_max = request.limits.map_or(f64::INFINITY, |limits| limits.thrust_max.into());
-    ThrustRoom {
-        lift: lower / (lower - one.thrust_lower_bound()),
-        thrust: (thrust_max - upper) / slope,
-        upper: (upper, slope),
-    }
-}
-
 /// The largest `gamma1` at which height keeps half the damping wanted while the mass adapts. The
 /// slower mode that it adds is that of the estimate.
 fn adapt_mass(law: &mut ControllerConfig, damping: f64) {
@@ -506,35 +343,5 @@ fn adapt_mass(law: &mut ControllerConfig, damping: f64) {
             return;
         }
         gain /= GROWTH * GROWTH;
-    }
-}
-
-/// To four significant digits.
-fn rounded(x: f64) -> f64 {
-    to_digits(x, f64::round)
-}
-
-/// To four significant digits, not above `x`.
-fn rounded_down(x: f64) -> f64 {
-    to_digits(x, f64::floor)
-}
-
-/// To four significant digits, not below `x`.
-pub(super) fn rounded_up(x: f64) -> f64 {
-    to_digits(x, f64::ceil)
-}
-
-fn to_digits(x: f64, round: fn(f64) -> f64) -> f64 {
-    if x == 0.0 || !x.is_finite() {
-        return x;
-    }
-    let digits = 3 - x.abs().log10().floor() as i32;
-    // A quotient by a power of ten is the double nearest to the decimal number; a product is not.
-    if digits > 0 {
-        let unit = 10f64.powi(digits);
-        round(x * unit) / unit
-    } else {
-        let unit = 10f64.powi(-digits);
-        round(x / unit) * unit
     }
 }

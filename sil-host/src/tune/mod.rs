@@ -3,12 +3,15 @@
 
 pub mod check;
 pub mod design;
+mod digits;
 pub mod hover;
+pub mod infeasible;
 pub mod peak;
 pub mod pole;
 pub mod proposal;
 pub mod report;
 pub mod request;
+mod room;
 pub mod survey;
 pub mod ultimate;
 
@@ -19,7 +22,7 @@ use crate::campaign::CampaignError;
 use crate::cli::TuneArguments;
 use crate::scenario::{LoadedScenario, ScenarioError};
 use check::{Check, check};
-use design::Infeasible;
+use infeasible::Infeasible;
 use proposal::Proposal;
 use request::Request;
 

@@ -2,8 +2,10 @@
 
 use std::fmt::Write;
 
-use super::design::{Infeasible, design, rounded_up};
+use super::design::design;
+use super::digits::rounded_up;
 use super::hover::Hover;
+use super::infeasible::Infeasible;
 use super::request::Request;
 use super::survey::{LoopSurvey, Which};
 use super::ultimate::Ultimate;
@@ -218,5 +220,6 @@ fn out_of_range(law: &ControllerConfig, ultimate: &Ultimate) -> Option<Infeasibl
             "a larger wanted.attitude_bandwidth".to_owned(),
             "a larger wanted.position_range".to_owned(),
         ],
+        mend: None,
     })
 }

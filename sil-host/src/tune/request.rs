@@ -27,6 +27,9 @@ pub struct Request {
     pub limits: Option<Limits>,
     /// The closed loop wanted.
     pub wanted: Wanted,
+    /// What of it was said; the rest are defaults, which depend on the limits.
+    #[serde(skip)]
+    pub options: WantedOptions,
 }
 
 /// Limits of controller 2.
@@ -108,18 +111,6 @@ impl WantedOptions {
     }
 }
 
-/// Angular acceleration [rad/s^2] that is left of `limits` for the largest inertia with `margin`, after
-/// the torque that may last.
-fn agility(
-    limits: Option<Limits>,
-    known: &Uncertainty,
-    lasting_torque: f64,
-) -> impl Fn(f64) -> f64 {
-    let torque = limits.map_or(f64::INFINITY, |limits| limits.torque_max.into());
-    let inertia = f64::from(known.inertia.upper);
-    move |margin| ((1.0 - margin) * torque - lasting_torque) / inertia
-}
-
 /// A vehicle file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -144,6 +135,16 @@ fn tuned() -> String {
 }
 
 impl Request {
+    /// With the defaults of `wanted` for the limits as they are.
+    #[must_use]
+    pub fn completed(mut self) -> Self {
+        let torque = self.limits.map_or(f64::INFINITY, |limits| limits.torque_max.into());
+        let inertia = f64::from(self.known.inertia.upper);
+        let lasting = self.lasting_torque;
+        self.wanted = self.options.complete(|margin| ((1.0 - margin) * torque - lasting) / inertia);
+        self
+    }
+
     /// From the built-in scenario, scenario file or vehicle file `name`; `flags` take precedence.
     ///
     /// # Errors
@@ -252,6 +253,7 @@ fn from_vehicle(
         disturbance_torque: file.disturbance_torque,
     };
     let middle = |interval: Interval| libm::sqrtf(interval.lower * interval.upper);
+    let options = flags.or(file.wanted);
     let lasting_torque = file.lasting_torque.unwrap_or(file.disturbance_torque.into());
     Ok(Request {
         name: file.name,
@@ -265,8 +267,10 @@ fn from_vehicle(
         reference_acceleration_max: file.reference_acceleration_max,
         step_period: file.step_period,
         limits,
-        wanted: flags.or(file.wanted).complete(agility(limits, &known, lasting_torque)),
-    })
+        wanted: options.complete(|_| 0.0),
+        options,
+    }
+    .completed())
 }
 
 fn both(missing: &str) -> String {
@@ -294,6 +298,8 @@ fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
         reference_acceleration_max,
         step_period: controller.step_period(),
         limits,
-        wanted: flags.complete(agility(limits, &known, lasting_torque)),
+        wanted: flags.complete(|_| 0.0),
+        options: flags,
     }
+    .completed()
 }

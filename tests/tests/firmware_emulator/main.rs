@@ -8,7 +8,9 @@ mod emulator;
 mod in_the_loop;
 mod line_faults;
 mod link;
+mod logs;
 mod replay;
+mod stored_parameters;
 mod whole_image;
 
 /// The paper's two simulations.

@@ -33,7 +33,8 @@ fn on_the_ground(scenario: &str, directives: &[&str]) -> (Vehicle, VehicleState)
         panic!("the paper's trajectory");
     };
     let (mut vehicle, greeting) = Vehicle::boot(directives);
-    assert!(matches!(greeting[..], [Downlink::Identity(_)]), "{greeting:?}");
+    let greeted = matches!(greeting[..], [Downlink::Identity(_), Downlink::ParametersInForce(_)]);
+    assert!(greeted, "{greeting:?}");
     vehicle.subscribe(state);
     vehicle.ask(Uplink::SelectController(kind), state).unwrap();
     let trajectory = TrajectorySelection::RisingCircle(circle);
@@ -120,12 +121,14 @@ fn the_serial_line_carries_the_link() {
     };
     // Bytes that come before the receiver is on are lost: the vehicle speaks first.
     assert!(matches!(listen(), Downlink::Identity(_)));
+    assert!(matches!(listen(), Downlink::ParametersInForce(_)));
     let mut encoder = Encoder::default();
     let mut ask = |message| {
         line.write_all(encoder.encode(&message, &mut [0; MAX_FRAME]).unwrap()).unwrap();
     };
     ask(Uplink::Hello);
     assert!(matches!(listen(), Downlink::Identity(_)));
+    assert!(matches!(listen(), Downlink::ParametersInForce(_)));
     for index in 0..20 {
         ask(Uplink::ParameterAt { index });
         loop {

@@ -18,11 +18,12 @@ PATIENCE = 60.0  # longest wait for the vehicle [s]
 
 COMMAND, PARAMETER_AT, PARAMETER_READ, PARAMETER_WRITE, SUBSCRIBE = 1, 8, 9, 10, 12
 COMMANDS = {"arm": 0, "disarm": 1, "start": 2, "stop": 3}
-IDENTITY, ACKNOWLEDGEMENT, TELEMETRY, PARAMETER, HEALTH = 0, 1, 2, 3, 5
+IDENTITY, ACKNOWLEDGEMENT, TELEMETRY, PARAMETER, HEALTH, IN_FORCE = 0, 1, 2, 3, 5, 6
 MODES = ["Disarmed", "Armed", "Flying", "Failsafe", "Locked"]
 REFUSALS = ["not armed", "state stale", "tilted", "fault", "in failsafe", "locked"]
 REJECTIONS = ["mode", "invalid", "unknown parameter", "no path", "wrong leg", "not now",
-              "storage failed", "unsupported"]
+              "storage failed", "unsupported", "storage full"]
+ORIGINS = ["built-in", "stored", "unreadable", "refused"]
 
 
 def page(path):
@@ -116,6 +117,9 @@ def parse(message):
                 "name": fields.string(), "value": fields.f32()}
     elif kind == HEALTH:
         said = [fields.varint() for _ in range(1 + 4 * 3 + 6 + 1)]
+    elif kind == IN_FORCE:
+        said = {"origin": ORIGINS[fields.varint()], "generation": fields.varint(),
+                "changed": fields.bool()}
     else:
         raise ValueError(f"message {kind} is not expected")
     fields.end()

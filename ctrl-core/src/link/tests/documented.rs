@@ -116,11 +116,14 @@ fn numbers_of_messages_modes_and_commands() {
     numbered(variant(&Uplink::ParametersPersist), "ParametersPersist");
     numbered(variant(&Uplink::Subscribe { period: 1 }), "Subscribe");
     numbered(variant(&Uplink::FaultAcknowledge), "FaultAcknowledge");
+    numbered(variant(&Uplink::ParametersForget), "ParametersForget");
     let value = ParameterValue { index: 0, count: 0, name: name(), value: 0.0 };
     let obeyed = Acknowledgement { sequence: 1, result: Ok(()) };
     numbered(variant(&Downlink::Acknowledgement(obeyed)), "Acknowledgement");
     numbered(variant(&Downlink::Parameter(value)), "Parameter");
     numbered(variant(&Downlink::Health(Health::default())), "Health");
+    let in_force = ParametersInForce::default();
+    numbered(variant(&Downlink::ParametersInForce(in_force)), "ParametersInForce");
     for (number, mode) in
         (0..).zip([Mode::Disarmed, Mode::Armed, Mode::Flying, Mode::Failsafe, Mode::Locked])
     {

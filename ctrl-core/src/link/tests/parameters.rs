@@ -133,3 +133,22 @@ fn the_constructor_judges_what_is_written() {
         assert!(matches!(Rejection::from(error), Rejection::Invalid { .. }));
     }
 }
+
+#[test]
+fn all_values_are_read_and_set_in_the_order_of_the_table() {
+    let mut values = [0.0; 40];
+    let count = SaturatedConfig::TABLE.len();
+    saturated().read_all(&mut values);
+    for (index, value) in (0..).zip(&values[..count]) {
+        assert_eq!(saturated().parameter_at(index).unwrap().1, *value);
+    }
+    let doubled = values.map(|value| value * 2.0);
+    let mut back = [0.0; 40];
+    saturated().with_all(&doubled).read_all(&mut back);
+    assert_eq!(back[..count], doubled[..count]);
+    // No more than there is room for, and no more than there are.
+    saturated().read_all(&mut back[..3]);
+    assert_eq!(back[..4], [values[0], values[1], values[2], doubled[3]]);
+    assert_eq!(saturated().with_all(&values), saturated());
+    assert_eq!(saturated().with_all(&[]), saturated());
+}

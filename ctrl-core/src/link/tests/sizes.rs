@@ -75,12 +75,13 @@ fn longest_uplink_messages() {
         (Uplink::ParametersPersist, 1),
         (Uplink::Subscribe { period: u16::MAX }, 4),
         (Uplink::FaultAcknowledge, 1),
+        (Uplink::ParametersForget, 1),
     ] {
         assert_eq!(length(&message), bytes, "{message:?}");
     }
 }
 
-fn longest_telemetry() -> Telemetry {
+pub fn longest_telemetry() -> Telemetry {
     Telemetry {
         tick: u64::MAX,
         mode: Mode::Locked,
@@ -137,6 +138,8 @@ fn longest_downlink_messages() {
         link,
         transmit_dropped: u32::MAX,
     };
+    let origin = ParameterOrigin::Refused;
+    let in_force = ParametersInForce { origin, generation: u32::MAX, changed: true };
     for (message, bytes) in [
         (Downlink::Identity(identity), 67),
         (
@@ -147,6 +150,7 @@ fn longest_downlink_messages() {
         (Downlink::Parameter(parameter), 60),
         (Downlink::Fault(fault), 179),
         (Downlink::Health(health), 106),
+        (Downlink::ParametersInForce(in_force), 8),
     ] {
         assert_eq!(length(&message), bytes, "{message:?}");
     }

@@ -10,11 +10,13 @@
 //! | `ticks=N` | end the run with success at control tick N |
 //! | `provoke=panic`, `hard-fault`, `overrun` | do so from tick 500 on, unless after a fault |
 //! | `link=PATH` | the link in lock step over FIFOs, see [`lockstep`] |
+//! | `parameters=PATH` | the file that parameters are kept in, see [`parameter_file`] |
 //!
 //! Without a link, a boot after a fault writes the report to standard error as plain text and ends
 //! the run.
 
 mod lockstep;
+mod parameter_file;
 
 use core::convert::Infallible;
 use core::sync::atomic::{AtomicU8, AtomicU16, AtomicU32, Ordering::Relaxed};
@@ -23,10 +25,12 @@ use cortex_m::peripheral::{DCB, DWT};
 use ctrl_core::link::FaultReport;
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 use semihosting::{eprintln, process};
-use stm32f4xx_hal::pac::{Interrupt, TIM3, TIM5, USART2};
+use stm32f4xx_hal::pac::{FLASH, Interrupt, TIM3, TIM5, USART2};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 use stm32f4xx_hal::serial::{Rx, Tx};
+
+use parameter_file::ParameterFile;
 
 use super::{Board, ROTORS, RotorPins};
 use crate::evidence::{REGISTER_NAMES, kind_name};
@@ -37,6 +41,7 @@ pub struct Emulator;
 
 impl Board for Emulator {
     type Rotor = Recorder;
+    type Storage = ParameterFile;
 
     const CORE_CLOCK: u32 = 168_000_000;
     const STOPWATCH_CLOCK: u32 = 1_000_000_000;
@@ -50,6 +55,10 @@ impl Board for Emulator {
 
     fn rotors(_: TIM3, _: RotorPins, _: &mut Rcc) -> [Self::Rotor; ROTORS] {
         [Recorder(0), Recorder(1), Recorder(2), Recorder(3)]
+    }
+
+    fn storage(_: FLASH) -> ParameterFile {
+        ParameterFile::take()
     }
 
     /// TIM5, at one count for the 8 ns that an instruction takes under `-icount shift=3`.
@@ -142,6 +151,9 @@ fn read_directives() {
         }
         if let Some(path) = argument.strip_prefix("link=") {
             lockstep::open(path);
+        }
+        if let Some(path) = argument.strip_prefix("parameters=") {
+            parameter_file::open(path);
         }
         let fault = argument.strip_prefix("provoke=");
         if let Some(index) = FAULTS.iter().position(|name| Some(*name) == fault) {

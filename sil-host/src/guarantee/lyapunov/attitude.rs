@@ -1,7 +1,9 @@
 //! Step 2 from the truth: desired attitude (22)-(24) and its error (27), (46).
 
 use ctrl_core::reference::Reference;
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DQuat, DVec3, DVec4};
+
+use crate::norm::Norm;
 
 /// Attitudes at one tick.
 #[derive(Clone, Copy, Debug)]
@@ -30,18 +32,44 @@ impl Attitude {
 
 /// `q_d` of the desired attitude (22)-(24).
 fn desired_attitude(alpha: DVec3, reference: &Reference) -> DQuat {
-    let r3 = alpha.normalize();
-    let b3d = reference.specific_force().value.as_dvec3().normalize();
+    let r3 = alpha.unit();
+    let b3d = reference.specific_force().value.as_dvec3().unit();
     let b2d = reference.left_world.as_dvec3();
-    let r2 = (r3.dot(b3d) * b2d - r3.dot(b2d) * b3d).normalize();
-    DQuat::from_mat3(&DMat3::from_cols(r2.cross(r3), r2, r3))
+    let r2 = (r3.dot(b3d) * b2d - r3.dot(b2d) * b3d).unit();
+    quaternion(r2.cross(r3), r2, r3)
+}
+
+/// The quaternion of the rotation with these columns. Like glam's `from_rotation_axes`, but for the
+/// root: see [`Norm`].
+fn quaternion(x: DVec3, y: DVec3, z: DVec3) -> DQuat {
+    // A column of 4 q q^T (x, y, z, w); the square at its pivot is at least 1.
+    let (column, pivot) = if z.z <= 0.0 {
+        let (rest, difference) = (1.0 - z.z, y.y - x.x);
+        if difference <= 0.0 {
+            let square = rest - difference;
+            (DVec4::new(square, x.y + y.x, x.z + z.x, y.z - z.y), square)
+        } else {
+            let square = rest + difference;
+            (DVec4::new(x.y + y.x, square, y.z + z.y, z.x - x.z), square)
+        }
+    } else {
+        let (rest, sum) = (1.0 + z.z, y.y + x.x);
+        if sum <= 0.0 {
+            let square = rest - sum;
+            (DVec4::new(x.z + z.x, y.z + z.y, square, x.y - y.x), square)
+        } else {
+            let square = rest + sum;
+            (DVec4::new(y.z - z.y, z.x - x.z, x.y - y.x, square), square)
+        }
+    };
+    DQuat::from_vec4(column * (0.5 / pivot.sqrt()))
 }
 
 /// Rotation vector that turns `from` into `to`, in the axes of `from`, the short way [rad].
 pub(super) fn turn(from: DQuat, to: DQuat) -> DVec3 {
     let between = from.inverse() * to;
     let half = between.xyz() * between.w.signum();
-    let sine = half.length();
+    let sine = half.norm();
     if sine < 1e-4 {
         return half * (2.0 + sine * sine / 3.0); // asin to third order
     }
@@ -51,6 +79,17 @@ pub(super) fn turn(from: DQuat, to: DQuat) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DMat3;
+
+    #[test]
+    fn the_quaternion_has_the_bits_of_glam_in_every_octant() {
+        for turn in 0..400 {
+            let axis = DVec3::new(1.0, f64::from(turn % 7) - 3.0, f64::from(turn % 5) - 2.0);
+            let matrix = DMat3::from_axis_angle(axis.normalize(), 0.1 * f64::from(turn));
+            let got = quaternion(matrix.x_axis, matrix.y_axis, matrix.z_axis);
+            assert_eq!(got, DQuat::from_mat3(&matrix), "{turn}");
+        }
+    }
 
     #[test]
     fn turn_recovers_a_rotation_vector_through_both_signs() {

@@ -20,6 +20,7 @@ use super::function::Evaluation;
 use super::parameters::Parameters;
 use super::rounding::rounding;
 use super::translation::smooth_sign;
+use crate::norm::Norm;
 use crate::plant::Disturbance;
 use crate::sample::Sample;
 
@@ -72,7 +73,7 @@ impl Balance {
 /// The balance from `from` to `to`, two ticks in a row.
 pub(super) fn balance(p: &Parameters, from: Tick, to: Tick) -> Balance {
     let (sample, now) = from;
-    let motion = Motion::new(p, from, to);
+    let motion = Motion::new(from, to);
     let (error, w_e) = (now.attitude_error, now.rate_error);
     let used = sample.intermediates.desired_rate.as_dvec3();
     let rate_mismatch = error.inverse() * (used - motion.desired_turn / p.dt);
@@ -86,8 +87,8 @@ pub(super) fn balance(p: &Parameters, from: Tick, to: Tick) -> Balance {
         disturbance: disturbance(p, sample, now),
         smoothing: smoothing(p, now),
         model: model + unadapted(p, sample, now),
-        hold: motion.translation_hold(p, from, to)
-            + motion.attitude_hold(p, from, to)
+        hold: motion.translation_hold(p, now, to.1)
+            + motion.attitude_hold(p, now)
             + motion.rate_hold(p, from)
             + adaptation_hold(p, now),
         rounding: rounding(p, sample, now),
@@ -98,14 +99,12 @@ pub(super) fn balance(p: &Parameters, from: Tick, to: Tick) -> Balance {
 fn disturbance(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64 {
     let Disturbance { acceleration_world: d1, torque_body: d2 } = sample.disturbance;
     let (g, w_e) = (now.translation.g, now.rate_error);
+    let sign = smooth_sign(w_e, now.delta.1.value);
     let torque = match p.saturated {
-        None => d2 - p.d2 * smooth_sign(w_e, now.delta.1.value),
-        Some(saturated) => {
-            let sign = smooth_sign(w_e, now.delta.1.value);
-            saturated.inverse_inertia * d2 - p.d2 / p.inertia_set.0 * sign
-        }
+        None => d2 - p.d2 * sign,
+        Some(saturated) => saturated.inverse_inertia * d2 - p.d2 / p.inertia_set.0 * sign,
     };
-    p.c * g.dot(d1 - p.d1 * smooth_sign(g, now.delta.0.value)) + w_e.dot(torque)
+    p.c * g.dot(d1 - p.d1 * now.translation.sign) + w_e.dot(torque)
 }
 
 /// `3 c D1 delta_t + 3 D2 delta_r / J'` with the exact constant.
@@ -119,7 +118,7 @@ fn unadapted(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64 {
     let w = sample.truth.rate_body;
     let mut left = 0.0;
     if p.gamma1 == 0.0 {
-        let force = now.translation.alpha.length() * (sample.truth.attitude * DVec3::Z);
+        let force = now.lengths.alpha * (sample.truth.attitude * DVec3::Z);
         left += p.c * now.inverse_mass_error * now.translation.g.dot(force);
     }
     if p.gamma2 == 0.0 {
@@ -157,56 +156,51 @@ struct Motion {
 }
 
 impl Motion {
-    fn new(p: &Parameters, (sample, now): Tick, (next_sample, next): Tick) -> Self {
-        let (w, next_w) = (sample.truth.rate_body, next_sample.truth.rate_body);
+    fn new((sample, now): Tick, (next_sample, next): Tick) -> Self {
         let auxiliary = sample.auxiliary.attitude.as_dquat();
         let next_auxiliary = next_sample.auxiliary.attitude.as_dquat();
-        let gyroscopic = |w: DVec3| (p.inertia * w).cross(w) / p.inertia * p.rate_weight();
         Self {
             velocity_error_change: next.translation.velocity_error - now.translation.velocity_error,
-            rate_change: next_w - w,
+            rate_change: next_sample.truth.rate_body - sample.truth.rate_body,
             rate_error_change: next.rate_error - now.rate_error,
-            rate: w.length().max(next_w.length()),
+            rate: now.lengths.rate.max(next.lengths.rate),
             desired_turn: turn(now.attitude.desired, next.attitude.desired),
             auxiliary_turn: if auxiliary == next_auxiliary {
                 0.0
             } else {
-                turn(auxiliary, next_auxiliary).length()
+                turn(auxiliary, next_auxiliary).norm()
             },
-            error_turn: turn(now.attitude_error, next.attitude_error).length(),
-            gyroscopic_change: gyroscopic(next_w) - gyroscopic(w),
+            error_turn: turn(now.attitude_error, next.attitude_error).norm(),
+            gyroscopic_change: next.gyroscopic - now.gyroscopic,
         }
     }
 
     /// Position and velocity: curvature of V1, and the drift of `e_v` and `e_v'` over the tick.
-    fn translation_hold(&self, p: &Parameters, from: Tick, to: Tick) -> f64 {
-        let (sample, now) = from;
-        let change = self.velocity_error_change.length();
-        let position_change = (to.1.position_error - now.position_error).length();
-        let jerk = sample.reference.jerk_world.as_dvec3().length();
-        let jerk = jerk.max(to.0.reference.jerk_world.as_dvec3().length());
-        let force = now.translation.alpha.length() * p.inverse_mass;
+    fn translation_hold(&self, p: &Parameters, now: &Evaluation, next: &Evaluation) -> f64 {
+        let change = self.velocity_error_change.norm();
+        let position_change = (next.position_error - now.position_error).norm();
+        let jerk = now.lengths.jerk.max(next.lengths.jerk);
+        let force = now.lengths.alpha * p.inverse_mass;
         // |e_v'(t) - e_v'(t_k)| <= t (f/m |w| + |p_d'''|)
         let velocity_drift = 0.5 * p.dt * p.dt * (force * self.rate + jerk);
         let position_drift = 0.5 * p.dt * (change + 2.0 * velocity_drift);
         let l1_change = p.k1 * position_change + p.k2 * change;
         let curvature =
             p.m1 * l1_change.powi(2) + p.m2 * (p.k2 * change).powi(2) + p.k1 * change.powi(2);
-        let drift = p.k1 * now.translation.sigma_1.length() * position_drift
-            + now.translation.g.length() * velocity_drift;
+        let drift = p.k1 * now.lengths.sigma_1 * position_drift + now.lengths.g * velocity_drift;
         p.c * (0.5 * curvature + drift)
     }
 
     /// Attitude: curvature of `2 (1 - eta_e)`, drift of `w`, and turns that do not commute.
-    fn attitude_hold(&self, p: &Parameters, (_, now): Tick, _: Tick) -> f64 {
-        let (body, desired) = (p.dt * self.rate, self.desired_turn.length());
+    fn attitude_hold(&self, p: &Parameters, now: &Evaluation) -> f64 {
+        let (body, desired) = (p.dt * self.rate, self.desired_turn.norm());
         let auxiliary = self.auxiliary_turn;
         let eps = now.attitude_error.xyz();
         let commutators = 0.55 * (body * desired + body * auxiliary + desired * auxiliary);
-        let coning = 0.25 * p.dt * body * self.rate_change.length();
+        let coning = 0.25 * p.dt * body * self.rate_change.norm();
         let turn = self.error_turn;
         0.5 * p.dt * eps.dot(self.rate_change)
-            + eps.length() * (commutators + coning + auxiliary.powi(3) / 12.0)
+            + now.lengths.attitude_error * (commutators + coning + auxiliary.powi(3) / 12.0)
             + 0.25 * turn * turn
             + turn.powi(3) / 24.0
     }
@@ -215,16 +209,16 @@ impl Motion {
     fn rate_hold(&self, p: &Parameters, (sample, now): Tick) -> f64 {
         let change = self.rate_error_change;
         let kinetic = 0.5 * change.dot(p.rate_weight() * change);
-        let gyroscopic = p.dt * self.gyroscopic_change.length();
+        let gyroscopic = p.dt * self.gyroscopic_change.norm();
         let auxiliary = if p.saturated.is_some() {
             let excess = sample.output.wrench.torque_body - sample.output.torque_demand_body;
             let rate = excess.as_dvec3() * sample.estimates.inverse_inertia.as_dvec3()
                 - p.k4 * sample.auxiliary.rate.as_dvec3();
-            p.k4 * p.dt * p.dt * rate.length()
+            p.k4 * p.dt * p.dt * rate.norm()
         } else {
             0.0
         };
-        kinetic + now.rate_error.length() * (gyroscopic + auxiliary)
+        kinetic + now.lengths.rate_error * (gyroscopic + auxiliary)
     }
 }
 

@@ -5,6 +5,7 @@ use glam::{DQuat, DVec3};
 
 use super::adaptation::Resolved;
 use super::attitude::Attitude;
+use super::lengths::Lengths;
 use super::parameters::{Parameters, Width};
 use super::translation::Translation;
 use crate::plant::PlantParameters;
@@ -37,6 +38,9 @@ pub struct Evaluation {
     pub decrease: f64,
     pub(super) translation: Translation,
     pub(super) attitude: Attitude,
+    pub(super) lengths: Lengths,
+    /// `J^-1 ((J w) × w)`, weighed as `w_e'` is in V.
+    pub(super) gyroscopic: DVec3,
     /// `a`, `theta`: true less estimated parameters, zero where adaptation is off.
     pub(super) inverse_mass_error: f64,
     pub(super) inertia_error: DVec3,
@@ -91,10 +95,7 @@ impl Evaluator {
     pub fn evaluate(&mut self, sample: &Sample) -> Evaluation {
         let estimated = self.estimated(sample);
         let p = &self.parameters;
-        let delta = (
-            p.width(sample.tick, p.delta_min_translation),
-            p.width(sample.tick, p.delta_min_rotation),
-        );
+        let delta = p.widths(sample.tick);
         let translation = Translation::new(p, sample, estimated.inverse_mass, delta.0.value);
         let attitude = Attitude::new(
             translation.alpha,
@@ -116,6 +117,8 @@ impl Evaluator {
                 + p.k4 * rate_error.length_squared(),
             translation,
             attitude,
+            lengths: Lengths::new(sample, &translation, attitude.error, rate_error),
+            gyroscopic: p.gyroscopic(sample.truth.rate_body),
             inverse_mass_error: p.inverse_mass - estimated.inverse_mass,
             inertia_error: p.inertia_parameter() - estimated.inertia,
             delta,
@@ -176,7 +179,7 @@ fn parameter_part(p: &Parameters, evaluation: &Evaluation, ratio: DVec3) -> f64 
 /// The update laws (14), (35), (51), (52) over one tick, before projection.
 fn increments(p: &Parameters, evaluation: &Evaluation, sample: &Sample) -> Increments {
     let (w, w_e) = (sample.truth.rate_body, evaluation.rate_error);
-    let thrust = evaluation.translation.alpha.length();
+    let thrust = evaluation.lengths.alpha;
     let body_z = sample.truth.attitude * DVec3::Z;
     let inverse_mass = p.dt * p.gamma1 * thrust * evaluation.translation.g.dot(body_z);
     let (inertia, gyroscopic_ratio) = match p.saturated {
@@ -198,6 +201,11 @@ impl Parameters {
     /// What weighs `w_e` in V: `J` for controller 1, the identity for controller 2.
     pub(super) fn rate_weight(&self) -> DVec3 {
         if self.saturated.is_some() { DVec3::ONE } else { self.inertia }
+    }
+
+    /// `J^-1 ((J w) × w)`, weighed as `w_e'` is in V.
+    fn gyroscopic(&self, w: DVec3) -> DVec3 {
+        (self.inertia * w).cross(w) / self.inertia * self.rate_weight()
     }
 
     /// What `a_hat` or `theta_hat` estimates.

@@ -14,6 +14,7 @@ pub mod adaptation;
 pub mod attitude;
 pub mod balance;
 pub mod function;
+mod lengths;
 pub mod monitor;
 pub mod parameters;
 mod rounding;

@@ -1,18 +1,23 @@
 //! The guarantee on V: it obeys the balance at every tick, and falls outside its ultimate set.
 
 use super::balance::{Balance, balance};
-use super::function::{Evaluation, Evaluator, OUTSIDE_THE_PROOF};
+use super::function::{Evaluation, OUTSIDE_THE_PROOF};
+use super::parameters::Parameters;
 use crate::guarantee::verdict::{Extreme, Requirement, Verdict};
 use crate::guarantee::{GuaranteeConfig, Monitor};
 use crate::plant::PlantParameters;
+use crate::plant::actuation::{ActuationConfig, Limits};
 use crate::sample::Sample;
 use crate::scenario::ControllerConfig;
 
 /// Watches V over a flight.
 #[derive(Clone, Debug)]
 pub struct LyapunovMonitor {
-    evaluator: Evaluator,
+    parameters: Parameters,
     window_length: f64,
+    /// Whether what acts is the command, where the rotors can give it; else nothing is promised of V.
+    is_prompt: bool,
+    limits: Option<Limits>,
     previous: Option<(Sample, Evaluation)>,
     window: Window,
     excess: Extreme,
@@ -37,17 +42,20 @@ struct Window {
 }
 
 impl LyapunovMonitor {
-    /// For `law` on the vehicle with the true `parameters`.
+    /// For `law` on the vehicle with the true `parameters` and `actuation`.
     #[must_use]
     pub fn new(
         config: &GuaranteeConfig,
         law: &ControllerConfig,
         parameters: &PlantParameters,
+        actuation: &ActuationConfig,
     ) -> Self {
         let none = Extreme::default();
         Self {
-            evaluator: Evaluator::new(law, parameters),
+            parameters: Parameters::new(law, parameters),
             window_length: config.lyapunov_window,
+            is_prompt: actuation.is_prompt(),
+            limits: actuation.limits(),
             previous: None,
             window: Window::default(),
             excess: none,
@@ -61,8 +69,15 @@ impl LyapunovMonitor {
         }
     }
 
+    /// Whether the proof does not speak about the tick after this one.
+    #[inline]
+    fn leaves_out(&self, sample: &Sample) -> bool {
+        let cut = |limits: Limits| self.is_prompt && limits.cut(&sample.output.wrench);
+        sample.output.status.intersects(OUTSIDE_THE_PROOF) || self.limits.is_some_and(cut)
+    }
+
     fn tick(&mut self, balance: &Balance, sample: &Sample, evaluation: &Evaluation) {
-        let dt = self.evaluator.parameters.dt;
+        let dt = self.parameters.dt;
         self.excess.highest(balance.excess(dt), sample.time);
         self.model.highest(balance.model, sample.time);
         self.disturbance.highest(balance.disturbance - balance.smoothing, sample.time);
@@ -85,14 +100,13 @@ impl LyapunovMonitor {
 
 impl Monitor for LyapunovMonitor {
     fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        if let Some((before, earlier)) = self.previous {
-            if before.output.status.intersects(OUTSIDE_THE_PROOF) {
+        if let Some((before, earlier)) = &self.previous {
+            if self.leaves_out(before) {
                 let count = self.left_out.value().unwrap_or(0.0) + 1.0;
                 self.left_out = Extreme::at(count, sample.time);
                 self.window = Window::default();
             } else {
-                let parameters = &self.evaluator.parameters;
-                let balance = balance(parameters, (&before, &earlier), (sample, evaluation));
+                let balance = balance(&self.parameters, (before, earlier), (sample, evaluation));
                 self.tick(&balance, sample, evaluation);
             }
         } else {
@@ -105,17 +119,21 @@ impl Monitor for LyapunovMonitor {
     fn verdicts(&self) -> Vec<Verdict> {
         let info = Requirement::Information;
         let zero = Requirement::AtMost(0.0);
-        let equation = if self.evaluator.parameters.saturated.is_some() { "(53)" } else { "(36)" };
+        // Without a tick on which the vehicle did as commanded there is nothing to judge.
+        let is_judged = self.is_prompt && (self.limits.is_none() || self.excess.value().is_some());
+        let balanced = if is_judged { zero } else { info };
+        let weather = if self.disturbance.value().is_some() { zero } else { balanced };
+        let equation = if self.parameters.saturated.is_some() { "(53)" } else { "(36)" };
         let row = |name, unit, requirement, extreme| {
             Verdict::new((name, equation, unit), requirement, extreme)
         };
         // A flight that starts inside the ultimate set may never leave it.
-        let falls = if self.outside > 0.0 { zero } else { info };
+        let falls = if self.outside > 0.0 { balanced } else { info };
         let outside = Extreme::at(self.outside, self.latest.time().unwrap_or_default());
         vec![
-            row("V rises beyond its balance, at worst", "1/s", zero, self.excess),
+            row("V rises beyond its balance, at worst", "1/s", balanced, self.excess),
             row("V rises over a window outside its ultimate set", "-", falls, self.rise),
-            row("disturbance term of V' less its bound", "1/s", zero, self.disturbance),
+            row("disturbance term of V' less its bound", "1/s", weather, self.disturbance),
             row("time outside the ultimate set", "s", info, outside),
             row("V at the start", "-", info, self.start),
             row("V at the end", "-", info, self.latest),

@@ -77,15 +77,14 @@ impl Parameters {
         }
     }
 
-    /// Smoothing width (17) over the floor `minimum`, after `ticks`.
-    pub fn width(&self, ticks: u64, minimum: f64) -> Width {
+    /// Smoothing widths (17) of translation and rotation after `ticks`.
+    pub fn widths(&self, ticks: u64) -> (Width, Width) {
         let ticks = ticks as f64;
         let decayed = (-2.0 * self.delta_1 * ticks * self.dt).exp();
-        let square = decayed + minimum * minimum;
-        // The core multiplies `decayed` down in f32, half a digit's error a tick; d h/d ln delta is
-        // at most 2/(3 sqrt 3).
-        let drift = 0.5 * ticks * 0.5 * f64::from(f32::EPSILON) * decayed / square;
-        Width { value: square.sqrt(), sign_error: drift.min(1.0) * 2.0 / 27f64.sqrt() }
+        (
+            Width::new(ticks, decayed, self.delta_min_translation),
+            Width::new(ticks, decayed, self.delta_min_rotation),
+        )
     }
 }
 
@@ -96,6 +95,17 @@ pub(super) struct Width {
     pub value: f64,
     /// By how much `h` with the core's own width may differ.
     pub sign_error: f64,
+}
+
+impl Width {
+    /// Over the floor `minimum`, when the square of the rest has `decayed` for `ticks`.
+    fn new(ticks: f64, decayed: f64, minimum: f64) -> Self {
+        let square = decayed + minimum * minimum;
+        // The core multiplies `decayed` down in f32, half a digit's error a tick; d h/d ln delta is
+        // at most 2/(3 sqrt 3).
+        let drift = 0.5 * ticks * 0.5 * f64::from(f32::EPSILON) * decayed / square;
+        Self { value: square.sqrt(), sign_error: drift.min(1.0) * 2.0 / 27f64.sqrt() }
+    }
 }
 
 impl SaturatedParameters {

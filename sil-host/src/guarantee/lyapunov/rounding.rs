@@ -5,7 +5,9 @@
 //! the largest terms that it is a sum of; V changes by that error times what it multiplies in V'.
 
 use super::function::Evaluation;
+use super::lengths::Lengths;
 use super::parameters::Parameters;
+use crate::norm::Norm;
 use crate::sample::Sample;
 
 /// Twice the relative error of one operation.
@@ -13,8 +15,7 @@ const ULP: f64 = f32::EPSILON as f64;
 
 /// `A_r`.
 pub(super) fn rounding(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64 {
-    let (g, w_e) = (now.translation.g.length(), now.rate_error.length());
-    let eps = now.attitude_error.xyz().length();
+    let Lengths { g, rate_error: w_e, attitude_error: eps, .. } = now.lengths;
     let error = Errors::new(p, sample, now);
     // While the auxiliary attitude is away from rest, its own rounding turns R_d at every tick.
     let auxiliary = if sample.auxiliary.attitude.w < 1.0 { 4.0 * ULP } else { 0.0 };
@@ -39,9 +40,9 @@ struct Errors {
 impl Errors {
     fn new(p: &Parameters, sample: &Sample, now: &Evaluation) -> Self {
         let (truth, reference) = (&sample.truth, &sample.reference);
-        let position = reference.position_world.as_dvec3().length() + now.position_error.length();
-        let velocity = truth.velocity_world.length() + reference.velocity_world.as_dvec3().length();
-        let specific_force = now.translation.alpha.length() * now.inverse_mass;
+        let position = reference.position_world.as_dvec3().norm() + now.position_error.norm();
+        let velocity = truth.velocity_world.norm() + reference.velocity_world.as_dvec3().norm();
+        let specific_force = now.lengths.alpha * now.inverse_mass;
         let sigma = ULP * (p.m1 * (p.k1 * position + p.k2 * velocity) + p.m2 * p.k2 * velocity);
         let g = p.k2 * sigma + p.k1 * ULP * velocity; // (16)
         let acceleration = 8.0 * ULP * specific_force
@@ -56,19 +57,17 @@ impl Errors {
             // The reference is evaluated in f32, with errors of a few units.
             stepping: 4.0
                 * ULP
-                * (p.k1 * now.translation.sigma_1.length() * position
-                    + now.translation.g.length() * velocity),
+                * (p.k1 * now.lengths.sigma_1 * position + now.lengths.g * velocity),
         }
     }
 }
 
 /// Error of `mu` (31), (49).
 fn virtual_rate(p: &Parameters, sample: &Sample, now: &Evaluation, turn: f64, g: f64) -> f64 {
-    let intermediates = &sample.intermediates;
-    let coupling = 2.0 * p.c * now.translation.alpha.length() * now.inverse_mass;
-    let desired_rate = intermediates.desired_rate.as_dvec3().length();
-    16.0 * ULP * intermediates.mu.as_dvec3().length()
-        + turn * (p.k3 + desired_rate + coupling * now.translation.g.length())
+    let coupling = 2.0 * p.c * now.lengths.alpha * now.inverse_mass;
+    let desired_rate = sample.intermediates.desired_rate.as_dvec3().norm();
+    16.0 * ULP * now.lengths.virtual_rate
+        + turn * (p.k3 + desired_rate + coupling * now.lengths.g)
         + coupling * g
 }
 
@@ -79,9 +78,8 @@ fn rate_dot(p: &Parameters, sample: &Sample, now: &Evaluation, turn: f64) -> f64
         None => (torque, p.d2),
         Some(_) => (torque * sample.estimates.inverse_inertia.as_dvec3(), p.d2 / p.inertia_set.0),
     };
-    let mu = sample.intermediates.mu.as_dvec3().length();
-    let rate = 4.0 * ULP * (sample.truth.rate_body.length() + mu);
-    16.0 * ULP * demand.length()
+    let rate = 4.0 * ULP * (now.lengths.rate + now.lengths.virtual_rate);
+    16.0 * ULP * demand.norm()
         + turn
         + rate * (p.k4 + d2 / now.delta.1.value)
         + d2 * now.delta.1.sign_error

@@ -8,6 +8,7 @@ use super::*;
 use crate::guarantee::test_flight::{VEHICLE, both, fly_either, robust_adaptive, saturated};
 use crate::guarantee::{GuaranteeConfig, Monitor, Verdict};
 use crate::plant::Disturbance;
+use crate::plant::actuation::ActuationConfig;
 use crate::sample::Sample;
 use crate::scenario::ControllerConfig;
 
@@ -23,7 +24,7 @@ const CONFIG: GuaranteeConfig = GuaranteeConfig {
 /// The monitor's rows after a flight that is tampered with.
 fn rows(config: &ControllerConfig, seconds: f64, tamper: impl FnMut(&mut Sample)) -> Vec<Verdict> {
     let mut evaluator = Evaluator::new(config, &VEHICLE);
-    let mut monitor = LyapunovMonitor::new(&CONFIG, config, &VEHICLE);
+    let mut monitor = LyapunovMonitor::new(&CONFIG, config, &VEHICLE, &ActuationConfig::default());
     fly_either(config, seconds, tamper, |sample| {
         let evaluation = evaluator.evaluate(sample);
         monitor.observe(sample, &evaluation);

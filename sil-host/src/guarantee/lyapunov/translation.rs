@@ -15,6 +15,8 @@ pub(super) struct Translation {
     pub sigma_1: DVec3,
     /// `G` (16).
     pub g: DVec3,
+    /// `h(G, delta_t)` (17).
+    pub sign: DVec3,
     /// `alpha` (13).
     pub alpha: DVec3,
     /// `V1` without its mass term.
@@ -34,12 +36,14 @@ impl Translation {
         let (sigma_1, sigma_2) = (p.m1 * tanh_1, p.m2 * tanh_2);
         let g = p.k2 * (sigma_1 + sigma_2) + p.k1 * e_v; // (16)
         let needed = f64::from(GRAVITY) * DVec3::Z + reference.acceleration_world.as_dvec3();
-        let acceleration = needed - sigma_1 - sigma_2 - p.d1 * smooth_sign(g, delta);
+        let sign = smooth_sign(g, delta);
+        let acceleration = needed - sigma_1 - sigma_2 - p.d1 * sign;
         Self {
             position_error: e_p,
             velocity_error: e_v,
             sigma_1,
             g,
+            sign,
             alpha: acceleration / inverse_mass, // (13)
             potential: p.m1 * ln_cosh_1 + p.m2 * ln_cosh_2 + 0.5 * p.k1 * e_v.length_squared(),
             decrease: p.k2 * (sigma_1 + sigma_2).length_squared() + p.k1 / p.k2 * l2.dot(sigma_2),

@@ -1,18 +1,18 @@
 //! The trace of a flight as CSV; `docs/trace.md` defines its columns.
 //!
 //! Numbers are the shortest decimals that read back as the same `f32` (V: `f64`), which keeps a row
-//! below a microsecond and half as long as in `f64`. Time alone is written with fixed decimals.
+//! half as long as in `f64`. Time alone is written with fixed decimals. A [`row`] takes its numbers out
+//! of a tick, [`text`] writes them, and the [`writer`] does that beside the flight.
 
-use std::io::{self, Write};
+mod row;
+mod text;
+mod writer;
 
-use ctrl_core::controller::{Auxiliary, Estimates};
-use glam::{DQuat, DVec3, Vec3};
-
-use crate::guarantee::lyapunov::Evaluation;
-use crate::sample::Sample;
+pub use row::inertia_estimate;
+pub use writer::TraceWriter;
 
 /// Names of the columns, in order.
-pub const COLUMNS: [&str; 58] = [
+pub const COLUMNS: [&str; 62] = [
     "tick",
     "time",
     "position_x",
@@ -54,6 +54,10 @@ pub const COLUMNS: [&str; 58] = [
     "torque_x",
     "torque_y",
     "torque_z",
+    "applied_thrust",
+    "applied_torque_x",
+    "applied_torque_y",
+    "applied_torque_z",
     "mass_estimate",
     "inertia_estimate_x",
     "inertia_estimate_y",
@@ -73,160 +77,13 @@ pub const COLUMNS: [&str; 58] = [
     "status",
 ];
 
-/// Bytes collected before they are written out.
-const BUFFER: usize = 1 << 16;
-/// More than a row can take: 58 numbers of at most 24 bytes and their separators.
-const ROW_MAX: usize = 58 * 25;
-
-/// Writes every `every`-th tick of a flight.
-#[derive(Debug)]
-pub struct TraceWriter<W: Write> {
-    out: W,
-    every: u64,
-    buffer: Vec<u8>,
-    rows: u64,
-    /// The first error; nothing is written after it.
-    error: Option<io::Error>,
-}
-
-impl<W: Write> TraceWriter<W> {
-    /// Writes to `out`, which needs no buffer of its own; `every` is at least 1.
-    pub fn new(out: W, every: u64) -> Self {
-        let mut buffer = Vec::with_capacity(BUFFER + ROW_MAX);
-        buffer.extend_from_slice(COLUMNS.join(",").as_bytes());
-        buffer.push(b'\n');
-        Self { out, every: every.max(1), buffer, rows: 0, error: None }
-    }
-
-    /// Writes the tick if it is due. Errors are kept for [`finish`](Self::finish).
-    #[inline]
-    pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        if !sample.tick.is_multiple_of(self.every) || self.error.is_some() {
-            return;
-        }
-        Row(&mut self.buffer).write(sample, evaluation);
-        self.rows += 1;
-        if self.buffer.len() >= BUFFER {
-            self.flush();
-        }
-    }
-
-    fn flush(&mut self) {
-        self.error = self.out.write_all(&self.buffer).err();
-        self.buffer.clear();
-    }
-
-    /// Writes what is left; returns the writer and the number of rows.
-    ///
-    /// # Errors
-    /// The first error of any write since the start.
-    pub fn finish(mut self) -> io::Result<(W, u64)> {
-        if self.error.is_none() {
-            self.flush();
-        }
-        match self.error {
-            Some(error) => Err(error),
-            None => self.out.flush().map(|()| (self.out, self.rows)),
-        }
-    }
-}
-
-/// One row in the making. Every number ends with a comma but the last one, which ends the line.
-struct Row<'a>(&'a mut Vec<u8>);
-
-impl Row<'_> {
-    fn write(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        let Sample { truth, reference, output, .. } = sample;
-        self.integer(sample.tick);
-        self.seconds(sample.time);
-        self.vector(truth.position_world.as_vec3());
-        self.vector(truth.velocity_world.as_vec3());
-        self.quaternion(truth.attitude);
-        self.vector(truth.rate_body.as_vec3());
-        self.vector(reference.position_world);
-        self.vector(reference.velocity_world);
-        self.vector(reference.acceleration_world);
-        self.vector(reference.left_world);
-        self.vector(evaluation.position_error.as_vec3());
-        self.quaternion(evaluation.attitude_error);
-        self.number(output.wrench.thrust);
-        self.vector(output.torque_demand_body);
-        self.vector(output.wrench.torque_body);
-        self.estimates(&sample.estimates);
-        self.auxiliary(&sample.auxiliary);
-        self.double(evaluation.value);
-        self.double(evaluation.parameter_part);
-        self.integer(u64::from(output.status.bits()));
-        if let Some(last) = self.0.last_mut() {
-            *last = b'\n';
-        }
-    }
-
-    fn estimates(&mut self, estimates: &Estimates) {
-        self.number(1.0 / estimates.inverse_mass);
-        self.vector(inertia_estimate(estimates).as_vec3());
-        self.vector(estimates.gyroscopic_ratio);
-    }
-
-    fn auxiliary(&mut self, auxiliary: &Auxiliary) {
-        self.quaternion(auxiliary.attitude.as_dquat());
-        self.vector(auxiliary.rate);
-    }
-
-    fn vector(&mut self, v: Vec3) {
-        self.number(v.x);
-        self.number(v.y);
-        self.number(v.z);
-    }
-
-    fn quaternion(&mut self, q: DQuat) {
-        for component in [q.w, q.x, q.y, q.z] {
-            self.number(component as f32);
-        }
-    }
-
-    fn number(&mut self, x: f32) {
-        self.text(zmij::Buffer::new().format(x));
-    }
-
-    fn double(&mut self, x: f64) {
-        self.text(zmij::Buffer::new().format(x));
-    }
-
-    fn integer(&mut self, x: u64) {
-        self.text(itoa::Buffer::new().format(x));
-    }
-
-    /// Six decimals, for times below half a million years.
-    fn seconds(&mut self, time: f64) {
-        let micros = (time * 1e6).round() as u64;
-        self.0.extend_from_slice(itoa::Buffer::new().format(micros / 1_000_000).as_bytes());
-        let fraction = 1_000_000 + micros % 1_000_000;
-        let start = self.0.len();
-        self.text(itoa::Buffer::new().format(fraction));
-        self.0[start] = b'.';
-    }
-
-    fn text(&mut self, text: &str) {
-        self.0.extend_from_slice(text.as_bytes());
-        self.0.push(b',');
-    }
-}
-
-/// `a_hat` or `1/theta_hat` [kg m^2], whichever the controller estimates.
-#[must_use]
-pub fn inertia_estimate(estimates: &Estimates) -> DVec3 {
-    if estimates.inverse_inertia == Vec3::ZERO {
-        estimates.inertia.as_dvec3()
-    } else {
-        estimates.inverse_inertia.as_dvec3().recip()
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::io::{self, Write};
+
     use super::*;
     use crate::guarantee::lyapunov::Evaluator;
+    use crate::sample::Sample;
     use crate::scenario::LoadedScenario;
 
     /// The first `seconds` of a built-in scenario as CSV text.
@@ -242,7 +99,7 @@ mod tests {
         let loaded = LoadedScenario::open(name, &changes).unwrap();
         let scenario = loaded.scenario();
         let evaluator = Evaluator::new(&scenario.controller, &scenario.vehicle.into());
-        let mut watch = Watch(evaluator, TraceWriter::new(Vec::new(), every));
+        let mut watch = Watch(evaluator, TraceWriter::new(Vec::new(), every).unwrap());
         loaded.flight().unwrap().advance(ticks, &mut watch);
         let (bytes, rows) = watch.1.finish().unwrap();
         assert_eq!(rows, ticks.div_ceil(every));
@@ -261,7 +118,7 @@ mod tests {
 
     #[test]
     fn the_documented_columns_are_the_written_ones() {
-        let document = include_str!("../../docs/trace.md");
+        let document = include_str!("../../../docs/trace.md");
         let rows = document.lines().filter_map(|line| line.strip_prefix("| `"));
         let documented: Vec<_> = rows.filter_map(|row| row.split('`').next()).collect();
         assert_eq!(documented, COLUMNS);
@@ -271,7 +128,7 @@ mod tests {
 
     #[test]
     fn the_documented_status_bits_are_the_core_s() {
-        let document = include_str!("../../docs/trace.md");
+        let document = include_str!("../../../docs/trace.md");
         let bit = |line: &str| -> Option<u16> {
             let mut cells = line.split('|').map(|cell| cell.trim().parse::<u16>().ok()).skip(1);
             let (bit, value) = (cells.next()??, cells.next()??);
@@ -327,17 +184,7 @@ mod tests {
                 Ok(())
             }
         }
-        let error = TraceWriter::new(Full, 1).finish().map(|(_, rows)| rows).unwrap_err();
+        let error = TraceWriter::new(Full, 1).unwrap().finish().map(|(_, rows)| rows).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::StorageFull);
-    }
-
-    #[test]
-    fn times_have_six_decimals() {
-        let mut bytes = Vec::new();
-        let mut row = Row(&mut bytes);
-        for time in [0.0, 0.000_001, 1.05, 199.999_999_7] {
-            row.seconds(time);
-        }
-        assert_eq!(bytes, b"0.000000,0.000001,1.050000,200.000000,");
     }
 }

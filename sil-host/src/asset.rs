@@ -1,0 +1,98 @@
+//! Style sheets and scripts of the pages: files under `assets/`, put into the program so that a page
+//! needs nothing but itself.
+
+use std::fmt::Write;
+
+/// Colours, type and tables of every page.
+pub const PAGE_STYLE: &str = include_str!("../assets/page.css");
+
+/// Charts, tiles and the replay.
+pub const REPORT_STYLE: &str =
+    concat!(include_str!("../assets/uplot/uPlot.min.css"), include_str!("../assets/report.css"));
+
+/// Choice of the theme; goes into the head, so that a page is not shown in the wrong one first.
+pub const THEME: &str = include_str!("../assets/theme.js");
+
+/// What replay and charts are made of, in order.
+pub const REPLAY: [&str; 12] = [
+    include_str!("../assets/uplot/uPlot.iife.min.js"),
+    include_str!("../assets/element.js"),
+    include_str!("../assets/number.js"),
+    include_str!("../assets/command.js"),
+    include_str!("../assets/chart/chart.js"),
+    include_str!("../assets/replay/rotation.js"),
+    include_str!("../assets/replay/flight.js"),
+    include_str!("../assets/replay/camera.js"),
+    include_str!("../assets/replay/scene.js"),
+    include_str!("../assets/replay/orbit.js"),
+    include_str!("../assets/replay/strip.js"),
+    include_str!("../assets/replay/player.js"),
+];
+
+/// What a campaign's report has beside the replay, in order.
+pub const REPORT: [&str; 5] = [
+    include_str!("../assets/tooltip.js"),
+    include_str!("../assets/chart/distribution.js"),
+    include_str!("../assets/chart/scatter.js"),
+    include_str!("../assets/chart/heat_map.js"),
+    include_str!("../assets/report.js"),
+];
+
+/// No page may load anything, wherever it is opened.
+pub const CONTENT_POLICY: &str = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src \
+     'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">";
+
+/// Script elements with the given texts, none of which may hold `</script`.
+#[must_use]
+pub fn scripts(texts: &[&str]) -> String {
+    texts.iter().fold(String::new(), |mut page, text| {
+        let _ = write!(page, "<script>\n{text}</script>\n"); // writing to a String cannot fail
+        page
+    })
+}
+
+/// An element that holds `json` for the scripts of a page.
+#[must_use]
+pub fn data(json: &str) -> String {
+    // A string of the data must not end the element.
+    let json = json.replace("</", "<\\/");
+    format!("<script type=\"application/json\" id=\"data\">{json}</script>\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sha2::{Digest, Sha256};
+
+    #[test]
+    fn the_chart_library_is_unmodified() {
+        let sum = |text: &str| -> String {
+            Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
+        };
+        let readme = include_str!("../assets/README.md");
+        for file in [
+            include_str!("../assets/uplot/uPlot.iife.min.js"),
+            include_str!("../assets/uplot/uPlot.min.css"),
+            include_str!("../assets/uplot/LICENSE"),
+        ] {
+            assert!(readme.contains(&sum(file)), "no file of assets/README.md has {}", sum(file));
+        }
+    }
+
+    #[test]
+    fn no_script_ends_its_element() {
+        for text in REPLAY.iter().chain(&REPORT).chain(&[THEME]) {
+            assert!(!text.contains("</script") && !text.contains("<!--"));
+        }
+    }
+
+    #[test]
+    fn data_cannot_end_its_element_and_reads_back() {
+        let hostile = "</script><script>alert(1)</script>";
+        let page = data(&serde_json::to_string(hostile).expect("a string"));
+        assert_eq!(page.matches("</").count(), 1, "{page}");
+        let json = page.split_once('>').and_then(|(_, rest)| rest.rsplit_once("</"));
+        let (json, _) = json.expect("an element");
+        assert_eq!(serde_json::from_str::<String>(json).expect("JSON"), hostile);
+    }
+}

@@ -1,0 +1,53 @@
+//! Flies the missing runs of a campaign on all cores.
+
+use std::ops::Range;
+
+use rayon::iter::{ParallelBridge, ParallelIterator};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use super::error::CampaignError;
+use super::flight::fly;
+use super::plan::Campaign;
+use super::progress::Progress;
+use super::table::line;
+use super::window::Window;
+
+/// Runs a thread may be ahead of the next one to be written: some flights take longer than others.
+const AHEAD: u32 = 64;
+
+/// A pool of `threads`, or of one a core.
+///
+/// # Errors
+/// When threads cannot be started.
+pub fn pool(threads: Option<u32>) -> Result<ThreadPool, CampaignError> {
+    let threads = threads.map_or(0, |threads| threads as usize);
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|error| CampaignError::Usage(format!("--threads: {error}")))
+}
+
+/// Flies `runs` and passes their lines to `write`, in order.
+///
+/// # Errors
+/// The first of `write`.
+pub fn execute(
+    campaign: &Campaign,
+    runs: Range<u32>,
+    pool: &ThreadPool,
+    progress: &Progress,
+    write: impl FnMut(&str) -> Result<(), CampaignError> + Send,
+) -> Result<(), CampaignError> {
+    let ahead = AHEAD.saturating_mul(pool.current_num_threads() as u32);
+    let window = Window::new(runs.start, ahead, write);
+    // A bridge hands runs out one at a time and in order, as the window requires.
+    pool.install(|| {
+        runs.par_bridge().try_for_each(|index| {
+            if !window.admit(index) {
+                return Ok(());
+            }
+            let run = fly(campaign, index);
+            window.finish(index, run.rows.iter().map(|row| line(campaign, row)).collect())?;
+            progress.flown(run.flight_time);
+            Ok(())
+        })
+    })
+}

@@ -1,0 +1,250 @@
+//! From a definition to a campaign: every check that can be made before the first flight.
+
+use std::path::Path;
+
+use super::definition::{Definition, Sampling, VariantDefinition};
+use super::distribution::Distribution;
+use super::error::CampaignError;
+use super::plan::{Campaign, Guarantee, Parameter, Variant};
+use super::sampling::{SOBOL_DIMENSIONS_MAX, SOBOL_RUNS_MAX};
+use crate::guarantee::Guarantees;
+use crate::scenario::document::TomlText;
+use crate::scenario::{BuiltIn, LoadedScenario, ScenarioError};
+
+/// Turns a definition into a campaign.
+pub(super) struct Reader<'a> {
+    /// What the definition was written in.
+    pub(super) text: &'a TomlText,
+    /// Where scenarios that are files are looked for.
+    pub(super) directory: &'a Path,
+}
+
+impl Reader<'_> {
+    /// The campaign that `definition` defines.
+    pub(super) fn campaign(&self, definition: Definition) -> Result<Campaign, CampaignError> {
+        self.check_name("name", &definition.name)?;
+        let (axes, parameters) = self.axes(&definition)?;
+        let runs = self.runs(&definition, &axes)?;
+        let variants = self.variants(&definition, &parameters)?;
+        let guarantees = guarantees(&variants)?;
+        let campaign = Campaign { definition, runs, axes, parameters, variants, guarantees };
+        self.check_fields(&campaign)?;
+        self.check_envelope(&campaign)?;
+        Ok(campaign)
+    }
+
+    fn fault(&self, path: &str, message: String) -> CampaignError {
+        let path: Vec<_> = path.split('.').map(str::to_owned).collect();
+        self.text.error(&path, message).into()
+    }
+
+    /// Names become parts of file names and cells of tables.
+    fn check_name(&self, path: &str, name: &str) -> Result<(), CampaignError> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        if name.is_empty() || !name.chars().all(plain) {
+            let message = format!("`{name}` must be made of letters, digits, `-` and `_`");
+            return Err(self.fault(path, message));
+        }
+        Ok(())
+    }
+
+    fn axes(
+        &self,
+        definition: &Definition,
+    ) -> Result<(Vec<Distribution>, Vec<Parameter>), CampaignError> {
+        let (mut axes, mut parameters) = (Vec::new(), Vec::<Parameter>::new());
+        for (number, vary) in definition.vary.iter().enumerate() {
+            let here = format!("vary[{number}]");
+            let distribution = vary.distribution().map_err(|(key, message)| {
+                let path = if key.is_empty() { here.clone() } else { format!("{here}.{key}") };
+                self.fault(&path, message)
+            })?;
+            for path in columns(&vary.path, &distribution) {
+                let all: Vec<_> = vary.also.iter().cloned().chain([path.clone()]).collect();
+                let taken = |it: &Parameter| all.contains(&it.path) || it.path.starts_with("seed");
+                if parameters.iter().any(taken) || path == "seed" {
+                    let message = format!("`{path}` is varied already; `seed` always is");
+                    return Err(self.fault(&format!("{here}.path"), message));
+                }
+                let also = vary.also.clone();
+                parameters.push(Parameter { path, unit: vary.unit.clone(), also });
+            }
+            axes.push(distribution);
+        }
+        Ok((axes, parameters))
+    }
+
+    /// The number of runs, which must suit the sampling and leave room for the seeds.
+    fn runs(&self, definition: &Definition, axes: &[Distribution]) -> Result<u32, CampaignError> {
+        let dimensions: usize = axes.iter().map(Distribution::dimensions).sum();
+        let cells = cells(definition.sampling, axes)
+            .ok_or_else(|| self.fault("vary", "a grid with more than 4294967295 cells".into()))?;
+        let runs = match (definition.runs, definition.sampling) {
+            (Some(runs), _) => runs,
+            (None, Sampling::Grid) => cells,
+            (None, _) => return Err(self.fault("runs", "missing: only a grid may omit it".into())),
+        };
+        if runs == 0 || !runs.is_multiple_of(cells) {
+            let message = format!("{runs} must be positive and a multiple of the {cells} cells");
+            return Err(self.fault("runs", message));
+        }
+        if definition.first_seed.checked_add(runs - 1).is_none() {
+            return Err(self.fault("first_seed", format!("seeds of {runs} runs exceed 4294967295")));
+        }
+        let too_many = runs > SOBOL_RUNS_MAX || dimensions as u32 > SOBOL_DIMENSIONS_MAX;
+        if definition.sampling == Sampling::Sobol && too_many {
+            let message = format!(
+                "sobol has at most {SOBOL_RUNS_MAX} runs of {SOBOL_DIMENSIONS_MAX} dimensions, \
+                 not {runs} of {dimensions}"
+            );
+            return Err(self.fault("sampling", message));
+        }
+        Ok(runs)
+    }
+
+    fn variants(
+        &self,
+        definition: &Definition,
+        parameters: &[Parameter],
+    ) -> Result<Vec<Variant>, CampaignError> {
+        let mut variants = Vec::<Variant>::new();
+        if definition.variant.is_empty() {
+            let (scenario, text) = self.scenario("scenario", None, definition)?;
+            let changes = definition.set.clone();
+            variants.push(Variant::new(scenario.clone(), scenario, text, changes));
+        }
+        for (number, variant) in definition.variant.iter().enumerate() {
+            let path = format!("variant[{number}]");
+            self.check_name(&format!("{path}.name"), &variant.name)?;
+            if variants.iter().any(|other| other.name == variant.name) {
+                let message = format!("`{}` is taken already", variant.name);
+                return Err(self.fault(&format!("{path}.name"), message));
+            }
+            variants.push(self.variant(&path, variant, definition)?);
+        }
+        self.aim(&mut variants, parameters)?;
+        Ok(variants)
+    }
+
+    /// Leads every parameter to its fields, in those variants whose scenario has them. A varied path
+    /// that none has goes to all, for whom it may bring something new, or who tell what is wrong.
+    fn aim(&self, variants: &mut [Variant], parameters: &[Parameter]) -> Result<(), CampaignError> {
+        for (number, parameter) in parameters.iter().enumerate() {
+            for path in parameter.also.iter().chain([&parameter.path]) {
+                let mut nowhere = true;
+                for variant in &mut *variants {
+                    if variant.document()?.has(path) {
+                        variant.targets.push((path.clone(), number));
+                        nowhere = false;
+                    }
+                }
+                if nowhere && path != &parameter.path {
+                    let message = format!("no variant's scenario has `{path}`");
+                    return Err(self.fault("vary", message));
+                }
+                let missed = variants.iter_mut().filter(|_| nowhere);
+                missed.for_each(|variant| variant.targets.push((path.clone(), number)));
+            }
+        }
+        Ok(())
+    }
+
+    fn variant(
+        &self,
+        path: &str,
+        variant: &VariantDefinition,
+        definition: &Definition,
+    ) -> Result<Variant, CampaignError> {
+        let path = format!("{path}.scenario");
+        let (scenario, text) = self.scenario(&path, variant.scenario.as_ref(), definition)?;
+        let changes = definition.set.iter().chain(&variant.set).cloned().collect();
+        Ok(Variant::new(variant.name.clone(), scenario, text, changes))
+    }
+
+    /// Name and text of the scenario `name`, given at `path`, or else of the campaign's.
+    fn scenario(
+        &self,
+        path: &str,
+        name: Option<&String>,
+        definition: &Definition,
+    ) -> Result<(String, String), CampaignError> {
+        let Some(name) = name.or(definition.scenario.as_ref()) else {
+            return Err(self.fault(path, "missing, and the campaign names none either".to_owned()));
+        };
+        let text = match (definition.scenarios.get(name), BuiltIn::named(name)) {
+            (Some(text), _) => text.clone(),
+            (None, Some(built_in)) => built_in.text.to_owned(),
+            (None, None) => {
+                let file = self.directory.join(name);
+                let text = std::fs::read_to_string(&file);
+                text.map_err(|error| self.fault(path, format!("{}: {error}", file.display())))?
+            }
+        };
+        Ok((name.clone(), text))
+    }
+
+    fn check_envelope(&self, campaign: &Campaign) -> Result<(), CampaignError> {
+        if campaign.definition.envelope.is_some() && campaign.envelope().is_none() {
+            return Err(self.fault("envelope", "names a path that is not varied".to_owned()));
+        }
+        Ok(())
+    }
+
+    /// Every varied field exists and takes a number; whether it takes each value, the runs show.
+    fn check_fields(&self, campaign: &Campaign) -> Result<(), CampaignError> {
+        for variant in &campaign.variants {
+            let changes = campaign.changes(0, variant);
+            LoadedScenario::check_fields(&variant.scenario, &variant.text, &changes)?;
+        }
+        Ok(())
+    }
+}
+
+impl Variant {
+    fn new(name: String, scenario: String, text: String, changes: Vec<String>) -> Self {
+        Self { name, scenario, text, changes, targets: Vec::new() }
+    }
+
+    /// Its scenario before the varied values.
+    fn document(&self) -> Result<TomlText, ScenarioError> {
+        let mut document = TomlText::parse(&self.scenario, &self.text)?;
+        document.set(&self.changes)?;
+        Ok(document)
+    }
+}
+
+/// The columns of a varied path: one, or one an element.
+fn columns(path: &str, distribution: &Distribution) -> Vec<String> {
+    match distribution.dimensions() {
+        1 => vec![path.to_owned()],
+        elements => (0..elements).map(|i| format!("{path}[{i}]")).collect(),
+    }
+}
+
+/// Cells of a grid, one in any other sampling; none if they are too many.
+fn cells(sampling: Sampling, axes: &[Distribution]) -> Option<u32> {
+    let mut cells: u32 = 1;
+    for levels in axes.iter().filter_map(Distribution::levels) {
+        if sampling == Sampling::Grid {
+            cells = cells.checked_mul(u32::try_from(levels.len()).ok()?)?;
+        }
+    }
+    Some(cells)
+}
+
+/// The guarantees of all variants, each once, in the order of the first that has it.
+fn guarantees(variants: &[Variant]) -> Result<Vec<Guarantee>, ScenarioError> {
+    let mut all = Vec::<Guarantee>::new();
+    for variant in variants {
+        let loaded = LoadedScenario::parse(&variant.scenario, &variant.text, &variant.changes)?;
+        let monitors = Guarantees::of(loaded.scenario());
+        for verdict in monitors.verdicts() {
+            let key = Guarantee::key(verdict.name);
+            if all.iter().all(|known| known.key != key) {
+                let (name, equation, unit) = (verdict.name, verdict.equation, verdict.unit);
+                all.push(Guarantee { key, name, equation, unit });
+            }
+        }
+    }
+    Ok(all)
+}

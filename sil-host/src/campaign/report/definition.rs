@@ -1,0 +1,129 @@
+//! What was varied, how, and what the bounds of the report therefore mean.
+
+use std::fmt::Write;
+
+use crate::campaign::{Campaign, Sampling, Vary};
+use crate::figure::svg::escape;
+use crate::report::number;
+
+/// The section's content.
+#[must_use]
+pub fn section(campaign: &Campaign) -> String {
+    let definition = campaign.definition();
+    let mut page = format!("<p>{}</p>\n", sampling(definition.sampling));
+    let last = campaign.seed(campaign.runs() - 1);
+    let _ = writeln!(
+        page,
+        "<p>{} runs, seeds {} to {last}; a run has the same values and the same seed, from which its \
+         disturbance is drawn too, in every variant.</p>",
+        campaign.runs(),
+        campaign.seed(0),
+    );
+    if !definition.vary.is_empty() {
+        page.push_str(
+            "<div class=\"table\"><table><thead><tr><th>varied</th><th>distribution</th><th>unit</th>\
+             </tr></thead><tbody>\n",
+        );
+        for vary in &definition.vary {
+            let also: String = vary.also.iter().map(|path| format!(", {path}")).collect();
+            let _ = writeln!(
+                page,
+                "<tr><th><code>{}</code></th><td>{}</td><td>{}</td></tr>",
+                escape(&(vary.path.clone() + &also)),
+                escape(&distribution(vary)),
+                escape(&vary.unit)
+            );
+        }
+        page.push_str("</tbody></table></div>\n");
+    }
+    page + &settings(campaign)
+}
+
+/// What all runs share, and what each variant changes.
+fn settings(campaign: &Campaign) -> String {
+    let definition = campaign.definition();
+    let mut page = String::new();
+    let mut line = |name: &str, changes: &[String]| {
+        if !changes.is_empty() {
+            let changes: Vec<_> =
+                changes.iter().map(|it| format!("<code>{}</code>", escape(it))).collect();
+            let _ = writeln!(page, "<p>{}: {}</p>", escape(name), changes.join(", "));
+        }
+    };
+    line("All runs set", &definition.set);
+    for variant in &definition.variant {
+        line(&format!("Variant {} sets", variant.name), &variant.set);
+    }
+    for variant in campaign.variants().iter().filter(|it| !campaign.is_replayable_by_name(it)) {
+        let _ = writeln!(
+            page,
+            "<p class=\"fail\">This program has another scenario <code>{}</code> than the one that was \
+             flown: the commands below repeat the runs only with the program that wrote the results.</p>",
+            escape(&variant.scenario)
+        );
+    }
+    page
+}
+
+/// How the values were chosen, and what the bounds on the failure probability mean for that.
+#[must_use]
+pub fn sampling(sampling: Sampling) -> &'static str {
+    match sampling {
+        Sampling::MonteCarlo => {
+            "Monte Carlo: every run draws its values and its disturbance independently. The bounds on \
+             the failure probability are exact for vehicles and flights distributed as defined here."
+        }
+        Sampling::LatinHypercube => {
+            "Latin hypercube: every stratum of each value is met once, so runs are not independent. \
+             The bounds on the failure probability are computed as if they were. Stratified samples \
+             usually scatter less, which makes the bounds cautious, but that is not proved for rare \
+             violations."
+        }
+        Sampling::Sobol => {
+            "Owen-scrambled Sobol points: they fill the space more evenly than independent draws. The \
+             bounds on the failure probability are computed as if runs were independent. Such points \
+             usually scatter less, which makes the bounds cautious, but that is not proved for rare \
+             violations."
+        }
+        Sampling::Grid => {
+            "Grid: the levels are a choice, not draws of a distribution. Counts are shares of the grid; \
+             the bounds on the failure probability say what these counts would mean if every run drew \
+             its cell at random, and promise nothing between the levels."
+        }
+    }
+}
+
+/// A distribution in words.
+fn distribution(vary: &Vary) -> String {
+    let span = |lower: f64, upper: f64| format!("{} to {}", number(lower), number(upper));
+    if let Some(range) = &vary.uniform {
+        return format!("uniform, {}", span(range.lower, range.upper));
+    }
+    if let Some(range) = &vary.log_uniform {
+        return format!("log-uniform, {}", span(range.lower, range.upper));
+    }
+    if let Some(normal) = &vary.normal {
+        let cut = |side, end: Option<f64>| {
+            end.map_or(String::new(), |x| format!(", {side} {}", number(x)))
+        };
+        let (mean, deviation) = (number(normal.mean), number(normal.deviation));
+        let ends = cut("not below", normal.lower) + &cut("not above", normal.upper);
+        return format!("normal, mean {mean}, standard deviation {deviation}{ends}");
+    }
+    if let Some(it) = &vary.triangular {
+        return format!("triangular, {}, mode {}", span(it.lower, it.upper), number(it.mode));
+    }
+    if let Some(values) = &vary.values {
+        let values: Vec<_> = values.iter().map(|value| number(*value)).collect();
+        return format!("one of {}", values.join(", "));
+    }
+    if let Some(it) = &vary.linspace {
+        return format!("{} levels, {}", it.levels, span(it.lower, it.upper));
+    }
+    if let Some(it) = &vary.logspace {
+        return format!("{} levels at equal ratios, {}", it.levels, span(it.lower, it.upper));
+    }
+    vary.rigid_body.as_ref().map_or_else(String::new, |range| {
+        format!("principal moments of a rigid body, {}", span(range.lower, range.upper))
+    })
+}

@@ -1,0 +1,177 @@
+//! What a campaign prints: how many runs held, and the tightest run of each guarantee.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::error::CampaignError;
+use super::plan::Guarantee;
+use super::row::{Outcome, Row};
+use super::table::Results;
+use crate::report::{aligned, number};
+
+/// What came out of a campaign.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// The campaign's name.
+    pub name: String,
+    /// The campaign's description.
+    pub description: String,
+    /// Where the results are.
+    pub directory: PathBuf,
+    /// Whether no run violated a guarantee.
+    pub passed: bool,
+    /// Its variants.
+    pub variants: Vec<VariantSummary>,
+}
+
+/// What came out of a variant.
+#[derive(Clone, Debug, Serialize)]
+pub struct VariantSummary {
+    /// Its name.
+    pub name: String,
+    /// Runs in which every guarantee held.
+    pub held: u32,
+    /// Runs in which one did not.
+    pub violated: u32,
+    /// Runs that were refused.
+    pub refused: u32,
+    /// Runs that were flown though vehicle or disturbance leave what the controller was told.
+    pub assumptions_broken: u32,
+    /// The guarantees that are judged.
+    pub guarantees: Vec<GuaranteeSummary>,
+}
+
+/// What came out of a guarantee.
+#[derive(Clone, Debug, Serialize)]
+pub struct GuaranteeSummary {
+    /// Its name in the table of a run.
+    pub name: &'static str,
+    /// Its equation.
+    pub equation: &'static str,
+    /// Unit of the margin.
+    pub unit: &'static str,
+    /// Runs in which it was judged.
+    pub judged: u32,
+    /// Runs in which it was violated.
+    pub violated: u32,
+    /// Least margin, positive on the good side, and the seed of its run.
+    pub tightest: Option<(f64, u32)>,
+}
+
+impl Summary {
+    /// Of the rows in a directory of results.
+    ///
+    /// # Errors
+    /// When they cannot be read.
+    pub fn read(results: &Results) -> Result<Self, CampaignError> {
+        let campaign = results.campaign();
+        let guarantee = |it: &Guarantee| GuaranteeSummary {
+            name: it.name,
+            equation: it.equation,
+            unit: it.unit,
+            judged: 0,
+            violated: 0,
+            tightest: None,
+        };
+        let variants = campaign.variants().iter().map(|variant| VariantSummary {
+            name: variant.name.clone(),
+            held: 0,
+            violated: 0,
+            refused: 0,
+            assumptions_broken: 0,
+            guarantees: campaign.guarantees().iter().map(guarantee).collect(),
+        });
+        let mut variants: Vec<_> = variants.collect();
+        for row in results.rows()? {
+            let row = row?;
+            variants[row.variant].add(&row);
+        }
+        for variant in &mut variants {
+            variant.guarantees.retain(|guarantee| guarantee.judged > 0);
+        }
+        Ok(Self {
+            name: campaign.name().to_owned(),
+            description: campaign.definition().description.clone(),
+            directory: results.directory().to_owned(),
+            passed: variants.iter().all(|variant| variant.violated == 0),
+            variants,
+        })
+    }
+
+    /// As a table; with `only_violated` nothing but violated guarantees.
+    #[must_use]
+    pub fn table(&self, only_violated: bool) -> String {
+        if only_violated && self.passed {
+            return String::new();
+        }
+        let mut text = format!("\n{}: {}\n", self.name, self.description);
+        for variant in &self.variants {
+            variant.write(&mut text, only_violated);
+        }
+        let result =
+            if self.passed { "no guarantee was violated" } else { "guarantees were VIOLATED" };
+        let _ = writeln!(text, "  {result}; results in {}", self.directory.display());
+        text
+    }
+
+    /// As JSON.
+    #[must_use]
+    pub fn json(&self) -> String {
+        format!("{:#}", serde_json::json!(self))
+    }
+}
+
+impl VariantSummary {
+    fn add(&mut self, row: &Row) {
+        match row.outcome {
+            Outcome::Held => self.held += 1,
+            Outcome::Violated => self.violated += 1,
+            Outcome::Refused => self.refused += 1,
+        }
+        let flown = row.outcome != Outcome::Refused;
+        self.assumptions_broken += u32::from(flown && !row.assumptions_kept);
+        let violated: Vec<_> = match row.outcome {
+            Outcome::Violated => row.reason.split("; ").collect(),
+            _ => Vec::new(),
+        };
+        for (summary, seen) in self.guarantees.iter_mut().zip(&row.guarantees) {
+            let broken = violated.contains(&summary.name);
+            summary.judged += u32::from(seen.margin.is_some() || broken);
+            summary.violated += u32::from(broken);
+            if let Some(margin) = seen.margin
+                && summary.tightest.is_none_or(|(least, _)| margin < least || margin.is_nan())
+            {
+                summary.tightest = Some((margin, row.seed));
+            }
+        }
+    }
+
+    fn write(&self, text: &mut String, only_violated: bool) {
+        let Self { name, held, violated, refused, assumptions_broken, .. } = self;
+        let _ = writeln!(
+            text,
+            "  {name}: {held} held, {violated} violated, {refused} refused; assumptions broken in \
+             {assumptions_broken}"
+        );
+        let shown = self.guarantees.iter().filter(|it| !only_violated || it.violated > 0);
+        let headings = ["guarantee", "judged", "violated", "least margin", "unit", "seed"];
+        let rows: Vec<_> = shown.map(GuaranteeSummary::cells).collect();
+        *text += &aligned(&headings.map(str::to_owned), &rows);
+    }
+}
+
+impl GuaranteeSummary {
+    fn cells(&self) -> [String; 6] {
+        let tightest = |cell: fn((f64, u32)) -> String| self.tightest.map_or("-".to_owned(), cell);
+        [
+            format!("{} {}", self.name, self.equation),
+            self.judged.to_string(),
+            self.violated.to_string(),
+            tightest(|(margin, _)| number(margin)),
+            self.unit.to_owned(),
+            tightest(|(_, seed)| seed.to_string()),
+        ]
+    }
+}

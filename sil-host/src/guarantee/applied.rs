@@ -1,0 +1,91 @@
+//! What the rotors really do, where a scenario says that they do otherwise than commanded.
+
+use super::Monitor;
+use super::lyapunov::Evaluation;
+use super::verdict::{Extreme, Requirement, Verdict};
+use crate::plant::actuation::{ActuationConfig, Limits};
+use crate::sample::Sample;
+
+/// Thrust and torque that act stay within what the rotors can give, and how often a command does not.
+#[derive(Clone, Copy, Debug)]
+pub struct Applied {
+    shown: bool,
+    limits: Option<Limits>,
+    thrust: Extreme,
+    torque: Extreme,
+    cut: u64,
+    latest_cut: f64,
+}
+
+impl Applied {
+    /// Rows only for a vehicle that is not ideal.
+    #[must_use]
+    pub fn new(actuation: &ActuationConfig) -> Self {
+        Self {
+            shown: !actuation.is_ideal(),
+            limits: actuation.limits(),
+            thrust: Extreme::default(),
+            torque: Extreme::default(),
+            cut: 0,
+            latest_cut: 0.0,
+        }
+    }
+
+    fn thrust_requirement(&self) -> Requirement {
+        let limit = self.limits.and_then(|limits| limits.thrust_max);
+        limit.map_or(Requirement::Information, |max| Requirement::Inside(0.0, max.into()))
+    }
+
+    fn torque_requirement(&self) -> Requirement {
+        let limit = self.limits.and_then(|limits| limits.torque_max);
+        limit.map_or(Requirement::Information, |max| Requirement::AtMost(max.into()))
+    }
+}
+
+impl Monitor for Applied {
+    fn observe(&mut self, sample: &Sample, _: &Evaluation) {
+        if !self.shown {
+            return;
+        }
+        let applied = &sample.applied;
+        match self.thrust_requirement() {
+            Requirement::Information => self.thrust.highest(applied.thrust, sample.time),
+            limited => self.thrust.tightest(applied.thrust, sample.time, limited),
+        };
+        for component in applied.torque_body.abs().to_array() {
+            self.torque.highest(component, sample.time);
+        }
+        if self.limits.is_some_and(|limits| limits.cut(&sample.output.wrench)) {
+            self.cut += 1;
+            self.latest_cut = sample.time;
+        }
+    }
+
+    fn verdicts(&self) -> Vec<Verdict> {
+        if !self.shown {
+            return Vec::new();
+        }
+        let row = |name, unit, requirement, extreme| {
+            Verdict::new((name, "-", unit), requirement, extreme)
+        };
+        let mut rows = vec![
+            row(
+                "applied thrust, nearest to its limits",
+                "N",
+                self.thrust_requirement(),
+                self.thrust,
+            ),
+            row(
+                "applied torque, peak about any axis",
+                "N m",
+                self.torque_requirement(),
+                self.torque,
+            ),
+        ];
+        rows.extend(self.limits.map(|_| {
+            let cut = Extreme::at(self.cut as f64, self.latest_cut);
+            row("ticks with a command beyond the rotors", "ticks", Requirement::Information, cut)
+        }));
+        rows
+    }
+}

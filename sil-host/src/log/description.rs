@@ -1,0 +1,90 @@
+//! What a log says of the whole flight.
+
+use ctrl_core::error::ConfigError;
+use ctrl_core::link::Parameters;
+use ctrl_core::reference::Reference;
+use ctrl_core::trajectory::Trajectory;
+use ctrl_core::vehicle::WrenchBounds;
+
+use crate::scenario::{ControllerConfig, LoadedScenario, Scenario, ScenarioError};
+
+/// The program's version.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// What is known before the flight.
+#[derive(Clone, Debug)]
+pub struct Description {
+    /// The scenario's name.
+    pub scenario: String,
+    /// What it shows.
+    pub description: String,
+    /// Key of the controller in a scenario file.
+    pub controller: &'static str,
+    /// Seed of every random number.
+    pub seed: u64,
+    /// The scenario as TOML, changes included.
+    pub toml: String,
+    /// Every number of the controller and the true vehicle, by the path of its field.
+    pub parameters: Vec<(String, f32)>,
+    /// Fixed time between two control ticks [s].
+    pub step_period: f64,
+    /// The set in which every wrench of the controller lies.
+    pub bounds: WrenchBounds,
+    /// The reference from start to end, at [`PATH`] instants or, in a short flight, at every tick.
+    pub path: Vec<Reference>,
+}
+
+/// Most instants of a path: enough that it looks round.
+pub const PATH: u64 = 1000;
+
+impl Description {
+    /// Of a scenario.
+    ///
+    /// # Errors
+    /// Names the parameter that controller or trajectory refuse.
+    pub fn new(loaded: &LoadedScenario) -> Result<Self, ScenarioError> {
+        let scenario = loaded.scenario();
+        Ok(Self {
+            scenario: scenario.name.clone(),
+            description: scenario.description.clone(),
+            controller: scenario.controller.kind(),
+            seed: scenario.seed,
+            toml: loaded.text().to_owned(),
+            parameters: parameters(scenario),
+            step_period: scenario.controller.step_period().into(),
+            bounds: loaded.flight()?.bounds(),
+            path: path(scenario).map_err(|error| loaded.refusal(&error))?,
+        })
+    }
+}
+
+fn path(scenario: &Scenario) -> Result<Vec<Reference>, ConfigError> {
+    let trajectory = scenario.trajectory.build(scenario.controller.step_period())?;
+    let ticks = scenario.ticks();
+    let every = ticks.div_ceil(PATH).max(1) as usize;
+    Ok((0..ticks).step_by(every).map(|tick| trajectory.reference(tick)).collect())
+}
+
+fn parameters(scenario: &Scenario) -> Vec<(String, f32)> {
+    let mut all = match &scenario.controller {
+        ControllerConfig::RobustAdaptive(config) => named(config),
+        ControllerConfig::Saturated(config) => named(config),
+    };
+    let vehicle = &scenario.vehicle;
+    let [x, y, z] = vehicle.inertia.to_array();
+    let rest = [
+        ("step_period", f64::from(scenario.controller.step_period())),
+        ("vehicle.mass", vehicle.mass),
+        ("vehicle.inertia.x", x),
+        ("vehicle.inertia.y", y),
+        ("vehicle.inertia.z", z),
+    ];
+    all.extend(rest.map(|(name, value)| (name.to_owned(), value as f32)));
+    all
+}
+
+/// The names of `docs/protocol.md` with their values.
+fn named<C: Parameters>(config: &C) -> Vec<(String, f32)> {
+    let all = (0..).map_while(|index| config.parameter_at(index));
+    all.map(|(name, value)| (name.to_owned(), value)).collect()
+}

@@ -1,0 +1,164 @@
+//! Flight logs that other programs read: [`ulog`] for PX4's tools and PlotJuggler, MCAP for Foxglove,
+//! Rerun and PlotJuggler. `docs/logs.md` lists the topics.
+//!
+//! [`topics`] are the same in every format; each format adds those of its own tools: [`px4`] and
+//! `mcap::foxglove`. A log depends on the scenario alone: times are the flight's own, never the wall
+//! clock's, and a flight on the vehicle leaves the same bytes as one in SIL.
+
+pub mod description;
+pub mod format;
+pub mod frame;
+#[cfg(feature = "mcap")]
+pub mod mcap;
+pub mod moment;
+pub mod note;
+pub mod px4;
+pub mod topic;
+pub mod topics;
+pub mod ulog;
+
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
+
+use ctrl_core::vehicle::WrenchBounds;
+
+use crate::cli::LogArguments;
+use crate::guarantee::Verdict;
+use crate::guarantee::lyapunov::Evaluation;
+use crate::sample::Sample;
+use description::Description;
+use format::Format;
+use moment::Moment;
+use note::{Note, StatusNotes};
+
+/// What each format does with what a flight shows.
+pub trait Writer: fmt::Debug {
+    /// Takes in every topic at one instant.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn moment(&mut self, moment: &Moment<'_>) -> io::Result<()>;
+
+    /// Takes in a note.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn note(&mut self, note: &Note) -> io::Result<()>;
+
+    /// Completes the file; nothing is written after it.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn finish(self: Box<Self>) -> io::Result<()>;
+}
+
+/// The logs of a flight in the making.
+#[derive(Debug)]
+pub struct FlightLog {
+    every: u64,
+    bounds: WrenchBounds,
+    files: Vec<LogFile>,
+    status: StatusNotes,
+    /// Time of the latest tick [s].
+    time: f64,
+    /// The first error; nothing is written after it.
+    error: Option<io::Error>,
+}
+
+#[derive(Debug)]
+struct LogFile {
+    name: &'static str,
+    writer: Box<dyn Writer>,
+}
+
+impl FlightLog {
+    /// Opens a file in `directory` for each format asked for.
+    ///
+    /// # Errors
+    /// When a file cannot be made or its first bytes cannot be written.
+    pub fn create(
+        arguments: &LogArguments,
+        description: &Description,
+        directory: &Path,
+    ) -> io::Result<Self> {
+        let mut files: Vec<LogFile> = Vec::new();
+        for format in &arguments.formats {
+            let name = format.file_name();
+            if files.iter().all(|file| file.name != name) {
+                let writer = open(*format, &directory.join(name), description);
+                files.push(LogFile { name, writer: writer.map_err(|error| named(name, &error))? });
+            }
+        }
+        Ok(Self {
+            every: ticks_between(arguments.rate, description.step_period),
+            bounds: description.bounds,
+            files,
+            status: StatusNotes::default(),
+            time: 0.0,
+            error: None,
+        })
+    }
+
+    /// Takes in one tick. Errors are kept for [`finish`](Self::finish).
+    pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
+        self.time = sample.time;
+        let mut notes = Vec::new();
+        self.status.observe(sample.output.status, sample.time, |note| notes.push(note));
+        notes.iter().for_each(|note| self.write(|writer| writer.note(note)));
+        if sample.tick.is_multiple_of(self.every) {
+            let bounds = self.bounds;
+            let moment = Moment { sample, evaluation, bounds: &bounds };
+            self.write(|writer| writer.moment(&moment));
+        }
+    }
+
+    /// Has every file written to, unless one has failed.
+    fn write(&mut self, mut write: impl FnMut(&mut dyn Writer) -> io::Result<()>) {
+        for LogFile { name, writer } in &mut self.files {
+            if self.error.is_none() {
+                self.error = write(writer.as_mut()).err().map(|error| named(name, &error));
+            }
+        }
+    }
+
+    /// Notes how the guarantees ended and completes the files.
+    ///
+    /// # Errors
+    /// The first that writing any file met, from the start on.
+    pub fn finish(mut self, verdicts: &[Verdict]) -> io::Result<()> {
+        let mut notes = Vec::new();
+        self.status.finish(self.time, |note| notes.push(note));
+        notes.extend(verdicts.iter().map(|verdict| Note::verdict(verdict, self.time)));
+        notes.iter().for_each(|note| self.write(|writer| writer.note(note)));
+        if let Some(error) = self.error {
+            return Err(error);
+        }
+        self.files.into_iter().try_for_each(|LogFile { name, writer }| {
+            writer.finish().map_err(|error| named(name, &error))
+        })
+    }
+}
+
+/// Control ticks between two instants of a log at `rate` [Hz], at least one: the nearest whole number
+/// to the ratio of the two periods.
+fn ticks_between(rate: f64, period: f64) -> u64 {
+    (1.0 / (rate * period)).round().max(1.0) as u64
+}
+
+fn open(format: Format, path: &Path, description: &Description) -> io::Result<Box<dyn Writer>> {
+    let file = BufWriter::new(File::create(path)?);
+    Ok(match format {
+        Format::Ulog => Box::new(ulog::UlogWriter::new(file, description)?),
+        #[cfg(feature = "mcap")]
+        Format::Mcap => Box::new(mcap::McapWriter::new(file, description)?),
+    })
+}
+
+fn named(name: &str, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{name}: {error}"))
+}

@@ -1,0 +1,54 @@
+//! What a log may show of one tick.
+
+use ctrl_core::reference::Reference;
+use ctrl_core::vehicle::WrenchBounds;
+use glam::{DMat3, DQuat, DVec3};
+
+use crate::guarantee::lyapunov::Evaluation;
+use crate::sample::Sample;
+
+/// One tick of a flight with all that is derived from it.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment<'a> {
+    /// The tick.
+    pub sample: &'a Sample,
+    /// V and the errors at it.
+    pub evaluation: &'a Evaluation,
+    /// The set in which every wrench of the controller lies.
+    pub bounds: &'a WrenchBounds,
+}
+
+impl Moment<'_> {
+    /// The attitude at which the law's error would be none: `q_d`, for controller 2 `q_a ⊗ q_d`.
+    #[must_use]
+    pub fn attitude_setpoint(&self) -> DQuat {
+        self.sample.truth.attitude * self.evaluation.attitude_error.inverse()
+    }
+
+    /// The body rate at which the law's error would be none: `mu`, for controller 2 `mu + w_a`
+    /// [rad/s].
+    #[must_use]
+    pub fn rate_setpoint_body(&self) -> DVec3 {
+        self.sample.truth.rate_body - self.evaluation.rate_error
+    }
+}
+
+/// The attitude of a vehicle that follows the reference exactly: axes `b2d x b3d`, `b2d`, `b3d`.
+#[must_use]
+pub fn reference_attitude(reference: &Reference) -> DQuat {
+    let up = reference.specific_force().value.as_dvec3().normalize();
+    let left = reference.left_world.as_dvec3();
+    DQuat::from_mat3(&DMat3::from_cols(left.cross(up), left, up))
+}
+
+/// A time in whole microseconds, as the trace rounds it; `time` in [s], not negative.
+#[must_use]
+pub fn microseconds(time: f64) -> u64 {
+    (time * 1e6).round() as u64
+}
+
+/// A time in whole nanoseconds; `time` in [s], not negative.
+#[must_use]
+pub fn nanoseconds(time: f64) -> u64 {
+    (time * 1e9).round() as u64
+}

@@ -1,0 +1,202 @@
+//! ULog, PX4's log format: our topics beside PX4's own, gains as parameters, notes as messages.
+//!
+//! Written from PX4's description of the file format: a header; definitions (flag bits, formats,
+//! facts, parameters); then subscriptions, data and messages in the order of time. Topics are ordered
+//! so that every field lies at a multiple of its size, hence no padding.
+
+mod message;
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+use std::io::{self, Write};
+
+use super::description::{Description, VERSION};
+use super::moment::{Moment, microseconds};
+use super::note::{Level, Note};
+use super::topic::{Field, Topic, Value};
+use super::topics::{PREFIX, TOPICS};
+use super::{Writer, px4};
+use message::{Kind, MAGIC, key, message};
+
+/// Most bytes of text in one part of a fact.
+const PART: usize = 1 << 15;
+
+/// Writes a flight as ULog.
+#[derive(Debug)]
+pub struct UlogWriter<W: Write> {
+    out: W,
+    buffer: Vec<u8>,
+    topics: Vec<Subscribed>,
+}
+
+/// A topic with the name that it has in the file.
+#[derive(Debug)]
+struct Subscribed {
+    name: String,
+    topic: &'static Topic,
+}
+
+impl<W: Write> UlogWriter<W> {
+    /// Writes all that comes before the first data; `out` should be buffered.
+    ///
+    /// # Errors
+    /// When `out` fails, or a text of the description is longer than ULog can hold.
+    pub fn new(out: W, description: &Description) -> io::Result<Self> {
+        let own = TOPICS.iter().map(|topic| (format!("{PREFIX}_{}", topic.name), *topic));
+        let known = px4::topics(&description.bounds).map(|topic| (topic.name.to_owned(), topic));
+        let topics = known.chain(own).map(|(name, topic)| Subscribed { name, topic }).collect();
+        let mut writer = Self { out, buffer: Vec::new(), topics };
+        writer.buffer.extend(MAGIC);
+        writer.buffer.extend(0_u64.to_le_bytes()); // start [us]
+        message(&mut writer.buffer, Kind::FlagBits, |body| body.extend([0; 40]))?;
+        writer.formats()?;
+        writer.facts(description)?;
+        writer.parameters(description)?;
+        writer.subscriptions()?;
+        writer.write_out()?;
+        Ok(writer)
+    }
+
+    fn formats(&mut self) -> io::Result<()> {
+        let Self { buffer, topics, .. } = self;
+        topics.iter().try_for_each(|Subscribed { name, topic }| {
+            let fields: String = topic.fields.iter().map(declaration).collect();
+            let format = format!("{name}:uint64_t timestamp;{fields}");
+            message(buffer, Kind::Format, |body| body.extend_from_slice(format.as_bytes()))
+        })
+    }
+
+    fn facts(&mut self, description: &Description) -> io::Result<()> {
+        let Description { scenario, description, controller, seed, toml, .. } = description;
+        self.fact("sys_name", "Gyrfalcon")?;
+        self.fact("ver_sw", VERSION)?;
+        self.fact("scenario", scenario)?;
+        self.fact("description", description)?;
+        self.fact("controller", controller)?;
+        message(&mut self.buffer, Kind::Information, |body| {
+            key(body, "uint64_t", "seed");
+            body.extend(seed.to_le_bytes());
+        })?;
+        for (index, part) in parts(toml).enumerate() {
+            self.part("scenario_toml", index > 0, part)?;
+        }
+        let units: Vec<_> = self.topics.iter().map(units).collect();
+        units.iter().try_for_each(|text| self.part("units", false, text))
+    }
+
+    fn fact(&mut self, name: &str, text: &str) -> io::Result<()> {
+        message(&mut self.buffer, Kind::Information, |body| {
+            key(body, &format!("char[{}]", text.len()), name);
+            body.extend_from_slice(text.as_bytes());
+        })
+    }
+
+    fn part(&mut self, name: &str, continued: bool, text: &str) -> io::Result<()> {
+        message(&mut self.buffer, Kind::MultiInformation, |body| {
+            body.push(continued.into());
+            key(body, &format!("char[{}]", text.len()), name);
+            body.extend_from_slice(text.as_bytes());
+        })
+    }
+
+    fn parameters(&mut self, description: &Description) -> io::Result<()> {
+        description.parameters.iter().try_for_each(|(name, value)| {
+            message(&mut self.buffer, Kind::Parameter, |body| {
+                key(body, "float", name);
+                body.extend(value.to_le_bytes());
+            })
+        })
+    }
+
+    fn subscriptions(&mut self) -> io::Result<()> {
+        let Self { buffer, topics, .. } = self;
+        (0_u16..).zip(topics).try_for_each(|(id, topic)| {
+            message(buffer, Kind::Subscription, |body| {
+                body.push(0); // the only instance
+                body.extend(id.to_le_bytes());
+                body.extend_from_slice(topic.name.as_bytes());
+            })
+        })
+    }
+
+    fn write_out(&mut self) -> io::Result<()> {
+        self.out.write_all(&self.buffer)?;
+        self.buffer.clear();
+        Ok(())
+    }
+}
+
+impl<W: Write + fmt::Debug> Writer for UlogWriter<W> {
+    fn moment(&mut self, moment: &Moment<'_>) -> io::Result<()> {
+        let time = microseconds(moment.sample.time);
+        for (id, subscribed) in (0_u16..).zip(&self.topics) {
+            message(&mut self.buffer, Kind::Data, |body| {
+                body.extend(id.to_le_bytes());
+                body.extend(time.to_le_bytes());
+                subscribed.topic.fields.iter().for_each(|field| put(body, field.value, moment));
+            })?;
+        }
+        self.write_out()
+    }
+
+    fn note(&mut self, note: &Note) -> io::Result<()> {
+        let level = match note.level {
+            Level::Error => b'3',
+            Level::Warning => b'4',
+            Level::Info => b'6',
+        };
+        message(&mut self.buffer, Kind::Logging, |body| {
+            body.push(level);
+            body.extend(microseconds(note.time).to_le_bytes());
+            body.extend_from_slice(note.text.as_bytes());
+        })?;
+        self.write_out()
+    }
+
+    fn finish(mut self: Box<Self>) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// A field as a format declares it.
+fn declaration(field: &Field) -> String {
+    let kind = match field.value {
+        Value::Float(_) => "float",
+        Value::Double(_) => "double",
+        Value::Vector(_) => "float[3]",
+        Value::Quaternion(_) => "float[4]",
+        Value::Count(_) => "uint64_t",
+        Value::Bits(_) => "uint16_t",
+    };
+    format!("{kind} {};", field.name)
+}
+
+/// A topic's fields with their units, `name [unit]` each.
+fn units(Subscribed { name, topic }: &Subscribed) -> String {
+    let fields = topic.fields.iter().map(|field| format!("{} [{}]", field.name, field.unit));
+    format!("{name}: {}", fields.collect::<Vec<_>>().join(", "))
+}
+
+/// The bytes of a value.
+fn put(out: &mut Vec<u8>, value: Value, moment: &Moment<'_>) {
+    let mut floats = |values: &[f32]| out.extend(values.iter().flat_map(|x| x.to_le_bytes()));
+    match value {
+        Value::Float(read) => floats(&[read(moment)]),
+        Value::Vector(read) => floats(&read(moment).to_array()),
+        Value::Quaternion(read) => floats(&read(moment)),
+        Value::Double(read) => out.extend(read(moment).to_le_bytes()),
+        Value::Count(read) => out.extend(read(moment).to_le_bytes()),
+        Value::Bits(read) => out.extend(read(moment).to_le_bytes()),
+    }
+}
+
+/// A text in parts of at most [`PART`] bytes, cut between characters.
+fn parts(text: &str) -> impl Iterator<Item = &str> {
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        let (part, after) = rest.split_at(rest.floor_char_boundary(PART));
+        rest = after;
+        (!part.is_empty()).then_some(part)
+    })
+}
