@@ -104,7 +104,7 @@ fn worst(survey: &LoopSurvey, (bandwidth, damping): (Option<f64>, f64)) -> Strin
     let least = bandwidth.map_or_else(String::new, |asked| format!(" (>= {})", number(asked)));
     let damped = number(damping);
     format!(
-        "  {:<22} bandwidth {}{least} rad/s {}\n{:<25}damping {} (>= {damped}) {}; |z| <= {}\n",
+        "  {:<22} bandwidth {}{least} rad/s{}\n{:<25}damping {} (>= {damped}){}; |z| <= {}\n",
         survey.which.name(),
         number(survey.bandwidth.value),
         corner(survey.which, &survey.bandwidth),
@@ -119,17 +119,20 @@ fn corner(which: Which, met: &Met) -> String {
     let at = met.corner;
     match which {
         Which::Lateral | Which::Attitude => {
-            format!("at J {} taken for {}", number(at.inertia), number(at.inertia_estimate))
+            format!(" at J {} taken for {}", number(at.inertia), number(at.inertia_estimate))
         }
         Which::Vertical => String::new(),
-        Which::VerticalAdaptive => format!("at {} kg", number(at.mass)),
+        Which::VerticalAdaptive => format!(" at {} kg", number(at.mass)),
     }
 }
+
+/// One of the bounds.
+type Pick = fn(&Bounds) -> Option<f64>;
 
 fn bounds(proposal: &Proposal, check: Option<&Check>) -> String {
     let ultimate = &proposal.ultimate;
     let mut text = format!("  {:<44} {:>10} {:>10} {:>10}\n", "", "rms", "peak", "observed");
-    let rows: [(&str, &str, fn(&Bounds) -> Option<f64>); 5] = [
+    let rows: [(&str, &str, Pick); 5] = [
         ("position error [m]", "position error", |it| it.position),
         ("attitude error, angle of q_e [rad]", "attitude error", |it| it.attitude),
         ("tilt error [rad]", "tilt error", |it| it.tilt),
