@@ -1,4 +1,5 @@
-//! The error of every validating constructor: which parameter, its value, the bound it violates.
+//! The error of every validating constructor: which parameter, its value, the bound it violates; and
+//! the conditions of a controller, for those who ask how far a configuration is from each.
 
 use core::fmt;
 
@@ -73,6 +74,64 @@ impl fmt::Display for ConfigError {
 }
 
 impl core::error::Error for ConfigError {}
+
+/// What a constructor asks of one parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Condition {
+    /// Name of the parameter as in the configuration structs, or the expression of several.
+    pub parameter: &'static str,
+    /// Its value.
+    pub value: f32,
+    /// The bound that it must keep.
+    pub bound: Bound,
+    /// Where the bound comes from: an equation, or the reason in a few words.
+    pub source: &'static str,
+}
+
+impl Condition {
+    /// Whether the value keeps its bound.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.bound.holds(self.value)
+    }
+}
+
+/// Sees the conditions of a constructor one after the other; a constructor stops at its first error.
+pub(crate) trait Judge {
+    /// Whether to go on after `condition`.
+    fn judge(&mut self, condition: Condition) -> Result<(), ConfigError>;
+
+    /// [`judge`](Self::judge) of a condition in its parts.
+    fn require(
+        &mut self,
+        parameter: &'static str,
+        value: f32,
+        bound: Bound,
+        source: &'static str,
+    ) -> Result<(), ConfigError> {
+        self.judge(Condition { parameter, value, bound, source })
+    }
+}
+
+/// The constructors' judge: the first condition that does not hold is the error.
+pub(crate) struct Strict;
+
+impl Judge for Strict {
+    fn judge(&mut self, condition: Condition) -> Result<(), ConfigError> {
+        let Condition { parameter, value, bound, source } = condition;
+        require(parameter, value, bound, source)
+    }
+}
+
+/// Shows every condition to `F`, whether it holds or not.
+pub(crate) struct Audit<F>(pub F);
+
+impl<F: FnMut(&Condition)> Judge for Audit<F> {
+    fn judge(&mut self, condition: Condition) -> Result<(), ConfigError> {
+        (self.0)(&condition);
+        Ok(())
+    }
+}
 
 /// Returns the error unless `value` keeps `bound`.
 pub(crate) fn require(

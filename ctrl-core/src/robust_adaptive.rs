@@ -16,7 +16,7 @@ use crate::config::{Checkpoint, RobustAdaptiveConfig};
 use crate::controller::{
     Auxiliary, Estimates, Intermediates, StepOutput, StepStatus, TrackingController,
 };
-use crate::error::{Bound, ConfigError, require};
+use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, require};
 use crate::reference::Reference;
 use crate::rotation::vector_part;
 use crate::saturation::smooth_sign_value;
@@ -51,21 +51,33 @@ impl RobustAdaptive {
     /// The first parameter that is not finite, of the wrong sign or order, violates (19), or asks
     /// for a loop that the fixed step cannot integrate, with its value and the bound.
     pub fn new(config: &RobustAdaptiveConfig) -> Result<Self, ConfigError> {
+        Self::judged(config, &mut Strict)
+    }
+
+    /// Shows `see` every condition that [`new`](Self::new) asks of `config`, in order, whether it
+    /// holds or not.
+    pub fn audit(config: &RobustAdaptiveConfig, see: impl FnMut(&Condition)) {
+        let _ = Self::judged(config, &mut Audit(see));
+    }
+
+    /// The controller, if `judge` lets every condition pass.
+    fn judged(config: &RobustAdaptiveConfig, judge: &mut impl Judge) -> Result<Self, ConfigError> {
         let cascade = Cascade::new(
             config.step_period,
             config.reference_acceleration_max,
             config.uncertainty,
             config.initial,
             config.cascade,
+            judge,
         )?;
-        require("k4", config.k4, Bound::Positive, "(34)")?;
-        require("gamma2", config.gamma2, Bound::NotNegative, "(35)")?;
+        judge.require("k4", config.k4, Bound::Positive, "(34)")?;
+        judge.require("gamma2", config.gamma2, Bound::NotNegative, "(35)")?;
         let Interval { lower, upper } = config.uncertainty.inertia;
         let sign_slope = config.uncertainty.disturbance_torque / config.cascade.delta_min_rotation;
         // d(tau)/dw / J_lo: rate gain and smooth sign directly, attitude gain through mu'.
         let rate = (config.k4 + sign_slope + upper * 0.5 * config.cascade.k3) / lower;
         let name = "step_period * (k4 + D2/delta_min_rotation + J_hi k3/2)/J_lo";
-        crate::cascade::require_integrable(name, config.step_period, rate)?;
+        crate::cascade::require_integrable(judge, name, config.step_period, rate)?;
         Ok(Self { cascade, config: *config })
     }
 

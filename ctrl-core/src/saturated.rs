@@ -24,7 +24,7 @@ use crate::config::{Checkpoint, SaturatedConfig};
 use crate::controller::{
     Auxiliary, Estimates, Intermediates, StepOutput, StepStatus, TrackingController,
 };
-use crate::error::{Bound, ConfigError, require};
+use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, require};
 use crate::reference::Reference;
 use crate::rotation::{renormalised, rotate_back, vector_part};
 use crate::saturation::{clip, smooth_sign_value};
@@ -99,23 +99,35 @@ impl Saturated {
     /// The first parameter that is not finite, of the wrong sign or order, violates (19) or (54),
     /// or asks for a loop that the fixed step cannot integrate, with its value and the bound.
     pub fn new(config: &SaturatedConfig) -> Result<Self, ConfigError> {
+        Self::judged(config, &mut Strict)
+    }
+
+    /// Shows `see` every condition that [`new`](Self::new) asks of `config`, in order, whether it
+    /// holds or not.
+    pub fn audit(config: &SaturatedConfig, see: impl FnMut(&Condition)) {
+        let _ = Self::judged(config, &mut Audit(see));
+    }
+
+    /// The controller, if `judge` lets every condition pass.
+    fn judged(config: &SaturatedConfig, judge: &mut impl Judge) -> Result<Self, ConfigError> {
         let mut cascade = Cascade::new(
             config.step_period,
             config.reference_acceleration_max,
             config.uncertainty,
             config.initial,
             config.cascade,
+            judge,
         )?;
-        require("thrust_max", config.thrust_max, Bound::Positive, "M_f, (7)")?;
+        judge.require("thrust_max", config.thrust_max, Bound::Positive, "M_f, (7)")?;
         let limit = Bound::AtMost(config.thrust_max);
         let name = "m_hi (sqrt(3) (M1 + M2 + D1 + M_p) + g)";
-        require(name, cascade.bounds.thrust_max, limit, "thrust_max M_f, (54)")?;
-        require("torque_max", config.torque_max, Bound::Positive, "M_tau, (8)")?;
-        require("k4", config.k4, Bound::Positive, "(50)")?;
-        require("k5", config.k5, Bound::Positive, "(38)")?;
-        require("gamma2", config.gamma2, Bound::NotNegative, "(51)")?;
-        require("gamma3", config.gamma3, Bound::NotNegative, "(52)")?;
-        require_integrable(config)?;
+        judge.require(name, cascade.bounds.thrust_max, limit, "thrust_max M_f, (54)")?;
+        judge.require("torque_max", config.torque_max, Bound::Positive, "M_tau, (8)")?;
+        judge.require("k4", config.k4, Bound::Positive, "(50)")?;
+        judge.require("k5", config.k5, Bound::Positive, "(38)")?;
+        judge.require("gamma2", config.gamma2, Bound::NotNegative, "(51)")?;
+        judge.require("gamma3", config.gamma3, Bound::NotNegative, "(52)")?;
+        require_integrable(judge, config)?;
         cascade.bounds.torque_max = config.torque_max;
         let Interval { lower, upper } = config.uncertainty.inertia;
         Ok(Self {
@@ -249,7 +261,7 @@ impl Saturated {
 }
 
 /// Loops of step 4.
-fn require_integrable(config: &SaturatedConfig) -> Result<(), ConfigError> {
+fn require_integrable(judge: &mut impl Judge, config: &SaturatedConfig) -> Result<(), ConfigError> {
     use crate::cascade::require_integrable;
     let Interval { lower, upper } = config.uncertainty.inertia;
     let dt = config.step_period;
@@ -258,10 +270,10 @@ fn require_integrable(config: &SaturatedConfig) -> Result<(), ConfigError> {
     // The estimate may be off by J_hi/J_lo, which scales the whole loop.
     let rate = (config.k4 + sign_slope + 0.5 * config.cascade.k3) * (upper / lower);
     let name = "step_period * (k4 + D2/(J_lo delta_min_rotation) + k3/2) J_hi/J_lo";
-    require_integrable(name, dt, rate)?;
-    require_integrable("step_period * k5", dt, config.k5)?;
+    require_integrable(judge, name, dt, rate)?;
+    require_integrable(judge, "step_period * k5", dt, config.k5)?;
     let frequency = config.torque_max * crate::sqrt::sqrt(config.gamma2);
-    require_integrable("step_period * M_tau sqrt(gamma2)", dt, frequency)
+    require_integrable(judge, "step_period * M_tau sqrt(gamma2)", dt, frequency)
 }
 
 impl TrackingController for Saturated {

@@ -24,3 +24,4 @@ pub mod run;
 pub mod sample;
 pub mod scenario;
 pub mod trace;
+pub mod tune;

@@ -4,11 +4,12 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use sil_host::campaign::{CampaignError, campaign, merge};
-use sil_host::cli::{Cli, Command, PilArguments, RunArguments};
+use sil_host::cli::{Cli, Command, PilArguments, RunArguments, TuneArguments};
 use sil_host::pil::{PilError, pil};
 use sil_host::report;
 use sil_host::run::{RunError, run};
 use sil_host::scenario::{BUILT_IN, BuiltIn};
+use sil_host::tune::{TuneError, tune};
 
 const VIOLATED: u8 = 1;
 const WRONG_USAGE: u8 = 2;
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
         Command::Pil(arguments) => fly_on_vehicle(&arguments),
         Command::Campaign(arguments) => verdict(campaign(&arguments), campaign_failure),
         Command::Merge(arguments) => verdict(merge(&arguments), campaign_failure),
+        Command::Tune(arguments) => propose(&arguments),
     }
 }
 
@@ -49,6 +51,14 @@ fn fly_on_vehicle(arguments: &PilArguments) -> ExitCode {
     verdict(pil(arguments), |error| match error {
         PilError::Run(error) => run_failure(error),
         _ => VEHICLE_FAILED,
+    })
+}
+
+fn propose(arguments: &TuneArguments) -> ExitCode {
+    verdict(tune(arguments), |error| match error {
+        TuneError::Infeasible(_) => VIOLATED,
+        TuneError::Output(..) => NOT_WRITTEN,
+        TuneError::Request(_) | TuneError::Check(_) => WRONG_USAGE,
     })
 }
 

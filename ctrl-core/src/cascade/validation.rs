@@ -8,7 +8,7 @@
 use super::Cascade;
 use crate::config::CascadeGains;
 use crate::error::Bound::{AtMost, Below, Finite, Inside, NotNegative, Positive};
-use crate::error::{ConfigError, require};
+use crate::error::{ConfigError, Judge};
 use crate::sqrt::sqrt;
 use crate::vehicle::{GRAVITY, InitialEstimate, Uncertainty, WrenchBounds};
 
@@ -20,11 +20,13 @@ const STEP_RATE_MAX: f32 = 1.0;
 
 /// Refuses a loop rate [1/s] that a step of `step_period` [s] cannot integrate.
 pub(crate) fn require_integrable(
+    judge: &mut impl Judge,
     parameter: &'static str,
     step_period: f32,
     rate: f32,
 ) -> Result<(), ConfigError> {
-    require(parameter, step_period * rate, AtMost(STEP_RATE_MAX), "stability of the fixed step")
+    let source = "stability of the fixed step";
+    judge.require(parameter, step_period * rate, AtMost(STEP_RATE_MAX), source)
 }
 
 impl Cascade {
@@ -35,13 +37,19 @@ impl Cascade {
         uncertainty: Uncertainty,
         initial: InitialEstimate,
         gains: CascadeGains,
+        judge: &mut impl Judge,
     ) -> Result<Self, ConfigError> {
-        require("step_period", step_period, Inside(1e-5, 0.1), "seconds between two steps")?;
-        require_uncertainty(&uncertainty)?;
-        require_initial(&initial, &uncertainty)?;
-        require_gains(&gains)?;
-        let bounds = thrust_bounds(&uncertainty, &gains, reference_acceleration_max)?;
-        require_integrable_cascade(step_period, &uncertainty, &gains, bounds.thrust_max)?;
+        judge.require(
+            "step_period",
+            step_period,
+            Inside(1e-5, 0.1),
+            "seconds between two steps",
+        )?;
+        require_uncertainty(judge, &uncertainty)?;
+        require_initial(judge, &initial, &uncertainty)?;
+        require_gains(judge, &gains)?;
+        let bounds = thrust_bounds(judge, &uncertainty, &gains, reference_acceleration_max)?;
+        require_integrable_cascade(judge, step_period, &uncertainty, &gains, bounds.thrust_max)?;
         Ok(Self {
             step_period,
             reference_acceleration_max,
@@ -59,68 +67,74 @@ impl Cascade {
 }
 
 /// Assumptions 1 to 3.
-fn require_uncertainty(known: &Uncertainty) -> Result<(), ConfigError> {
-    require("uncertainty.mass.lower", known.mass.lower, Positive, "Assumption 1")?;
+fn require_uncertainty(judge: &mut impl Judge, known: &Uncertainty) -> Result<(), ConfigError> {
+    judge.require("uncertainty.mass.lower", known.mass.lower, Positive, "Assumption 1")?;
     let above = Inside(known.mass.lower, 1e6);
-    require("uncertainty.mass.upper", known.mass.upper, above, "Assumption 1, ordered")?;
+    judge.require("uncertainty.mass.upper", known.mass.upper, above, "Assumption 1, ordered")?;
     let inertia = known.inertia;
-    require("uncertainty.inertia.lower", inertia.lower, Inside(1e-9, 1e6), "Assumption 2")?;
+    judge.require("uncertainty.inertia.lower", inertia.lower, Inside(1e-9, 1e6), "Assumption 2")?;
     let above = Inside(inertia.lower, 1e6);
-    require("uncertainty.inertia.upper", inertia.upper, above, "Assumption 2, ordered")?;
+    judge.require("uncertainty.inertia.upper", inertia.upper, above, "Assumption 2, ordered")?;
     let (d1, d2) = (known.disturbance_acceleration, known.disturbance_torque);
-    require("uncertainty.disturbance_acceleration", d1, NotNegative, "D1, Assumption 3")?;
-    require("uncertainty.disturbance_torque", d2, NotNegative, "D2, Assumption 3")
+    judge.require("uncertainty.disturbance_acceleration", d1, NotNegative, "D1, Assumption 3")?;
+    judge.require("uncertainty.disturbance_torque", d2, NotNegative, "D2, Assumption 3")
 }
 
 /// Initial estimates inside their sets.
-fn require_initial(initial: &InitialEstimate, known: &Uncertainty) -> Result<(), ConfigError> {
+fn require_initial(
+    judge: &mut impl Judge,
+    initial: &InitialEstimate,
+    known: &Uncertainty,
+) -> Result<(), ConfigError> {
     let mass = Inside(known.mass.lower, known.mass.upper);
-    require("initial.mass", initial.mass, mass, "uncertainty.mass")?;
+    judge.require("initial.mass", initial.mass, mass, "uncertainty.mass")?;
     let inertia = Inside(known.inertia.lower, known.inertia.upper);
-    require("initial.inertia[0]", initial.inertia.x, inertia, "uncertainty.inertia")?;
-    require("initial.inertia[1]", initial.inertia.y, inertia, "uncertainty.inertia")?;
-    require("initial.inertia[2]", initial.inertia.z, inertia, "uncertainty.inertia")
+    judge.require("initial.inertia[0]", initial.inertia.x, inertia, "uncertainty.inertia")?;
+    judge.require("initial.inertia[1]", initial.inertia.y, inertia, "uncertainty.inertia")?;
+    judge.require("initial.inertia[2]", initial.inertia.z, inertia, "uncertainty.inertia")
 }
 
 /// Signs of the gains.
-fn require_gains(gains: &CascadeGains) -> Result<(), ConfigError> {
-    require("cascade.k1", gains.k1, Positive, "step 1")?;
-    require("cascade.k2", gains.k2, Positive, "step 1")?;
-    require("cascade.k3", gains.k3, Positive, "step 3")?;
-    require("cascade.c", gains.c, NotNegative, "weight of V1")?;
-    require("cascade.M1", gains.m1, Positive, "limit of sigma_1")?;
-    require("cascade.M2", gains.m2, Positive, "limit of sigma_2")?;
-    require("cascade.gamma1", gains.gamma1, NotNegative, "(14)")?;
-    require("cascade.delta_1", gains.delta_1, NotNegative, "decay of delta(t), (17)")?;
+fn require_gains(judge: &mut impl Judge, gains: &CascadeGains) -> Result<(), ConfigError> {
+    judge.require("cascade.k1", gains.k1, Positive, "step 1")?;
+    judge.require("cascade.k2", gains.k2, Positive, "step 1")?;
+    judge.require("cascade.k3", gains.k3, Positive, "step 3")?;
+    judge.require("cascade.c", gains.c, NotNegative, "weight of V1")?;
+    judge.require("cascade.M1", gains.m1, Positive, "limit of sigma_1")?;
+    judge.require("cascade.M2", gains.m2, Positive, "limit of sigma_2")?;
+    judge.require("cascade.gamma1", gains.gamma1, NotNegative, "(14)")?;
+    judge.require("cascade.delta_1", gains.delta_1, NotNegative, "decay of delta(t), (17)")?;
     let width = Inside(1e-6, 1e6);
-    require("cascade.delta_min_translation", gains.delta_min_translation, width, "(17)")?;
-    require("cascade.delta_min_rotation", gains.delta_min_rotation, width, "(17)")
+    judge.require("cascade.delta_min_translation", gains.delta_min_translation, width, "(17)")?;
+    judge.require("cascade.delta_min_rotation", gains.delta_min_rotation, width, "(17)")
 }
 
 /// The thrust bounds (19) and (20); refuses gains for which (19) fails.
 fn thrust_bounds(
+    judge: &mut impl Judge,
     known: &Uncertainty,
     gains: &CascadeGains,
     reference_acceleration_max: f32,
 ) -> Result<WrenchBounds, ConfigError> {
     let name = "reference_acceleration_max";
-    require(name, reference_acceleration_max, NotNegative, "M_p, Assumption 4")?;
+    judge.require(name, reference_acceleration_max, NotNegative, "M_p, Assumption 4")?;
     let spared = GRAVITY - reference_acceleration_max - known.disturbance_acceleration;
     let sum = gains.m1 + gains.m2;
-    require("cascade.M1 + cascade.M2", sum, Below(spared), "g - M_p - D1, (19)")?;
+    judge.require("cascade.M1 + cascade.M2", sum, Below(spared), "g - M_p - D1, (19)")?;
     let lateral = sum + known.disturbance_acceleration + reference_acceleration_max;
     let bounds = WrenchBounds {
         thrust_min: known.mass.lower * (spared - sum),
         thrust_max: known.mass.upper * (SQRT_3 * lateral + GRAVITY),
         torque_max: f32::MAX,
     };
-    require("lower thrust bound", bounds.thrust_min, Positive, "(19)")?;
-    require("upper thrust bound", bounds.thrust_max, Finite, "(20)")?;
+    judge.require("lower thrust bound", bounds.thrust_min, Positive, "(19)")?;
+    judge.require("upper thrust bound", bounds.thrust_max, Finite, "(20)")?;
     Ok(bounds)
 }
 
 /// Loops of steps 1 to 3.
 fn require_integrable_cascade(
+    judge: &mut impl Judge,
     step_period: f32,
     known: &Uncertainty,
     gains: &CascadeGains,
@@ -132,11 +146,11 @@ fn require_integrable_cascade(
     let damping =
         gains.k2 * sum + known.disturbance_acceleration * slope / gains.delta_min_translation;
     let name = "step_period * (k2 (M1 + M2) + D1 (k2^2 (M1 + M2) + k1)/delta_min_translation)";
-    require_integrable(name, step_period, damping)?;
+    require_integrable(judge, name, step_period, damping)?;
     let name = "step_period * sqrt(k1 M1)";
-    require_integrable(name, step_period, sqrt(gains.k1 * gains.m1))?;
+    require_integrable(judge, name, step_period, sqrt(gains.k1 * gains.m1))?;
     let name = "step_period * f_max sqrt(gamma1 (k2^2 (M1 + M2) + k1))";
-    require_integrable(name, step_period, thrust_max * sqrt(gains.gamma1 * slope))?;
-    require_integrable("step_period * k3", step_period, gains.k3)?;
-    require_integrable("step_period * delta_1", step_period, gains.delta_1)
+    require_integrable(judge, name, step_period, thrust_max * sqrt(gains.gamma1 * slope))?;
+    require_integrable(judge, "step_period * k3", step_period, gains.k3)?;
+    require_integrable(judge, "step_period * delta_1", step_period, gains.delta_1)
 }

@@ -32,7 +32,7 @@ mod window;
 pub use built_in::BuiltInCampaign;
 pub use command::{built_in_table, campaign};
 pub use definition::{Definition, Sampling, VariantDefinition};
-pub use distribution::Vary;
+pub use distribution::{Range, Vary};
 pub use error::CampaignError;
 pub use flight::{Run, Watch, fly};
 pub use measures::{MEASURES, Measure};

@@ -5,6 +5,7 @@ mod log;
 mod merge;
 mod pil;
 mod run;
+mod tune;
 
 use clap::{Parser, Subcommand};
 
@@ -13,11 +14,12 @@ pub use log::LogArguments;
 pub use merge::MergeArguments;
 pub use pil::PilArguments;
 pub use run::RunArguments;
+pub use tune::TuneArguments;
 
 /// Flies the controllers of ctrl-core against a simulated vehicle and checks their guarantees.
 ///
-/// Exit status: 0 every guarantee holds, 1 a guarantee is violated, 2 wrong usage or scenario,
-/// 3 results cannot be written, 4 the vehicle in the loop (`pil`) failed. `pil` exits with 1 also when
+/// Exit status: 0 every guarantee holds, 1 a guarantee is violated (`tune`: or no gains meet the
+/// request), 2 wrong usage or scenario, 3 results cannot be written, 4 the vehicle in the loop (`pil`) failed. `pil` exits with 1 also when
 /// a bit differs from SIL.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "sil-host", version)]
@@ -45,4 +47,6 @@ pub enum Command {
     Campaign(CampaignArguments),
     /// Join the shares of a campaign that were flown by themselves.
     Merge(MergeArguments),
+    /// Propose gains for a vehicle, show poles and predicted errors, check them with flights.
+    Tune(TuneArguments),
 }

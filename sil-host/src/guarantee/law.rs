@@ -15,6 +15,14 @@ impl ControllerConfig {
         }
     }
 
+    /// The same, to change.
+    pub fn cascade_mut(&mut self) -> &mut CascadeGains {
+        match self {
+            Self::RobustAdaptive(config) => &mut config.cascade,
+            Self::Saturated(config) => &mut config.cascade,
+        }
+    }
+
     /// Lower thrust bound (19) [N].
     #[must_use]
     pub fn thrust_lower_bound(&self) -> f64 {

@@ -19,7 +19,7 @@ pub use loaded::LoadedScenario;
 
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::trajectory::TrajectoryConfig;
-use ctrl_core::vehicle::Uncertainty;
+use ctrl_core::vehicle::{InitialEstimate, Uncertainty};
 use glam::DVec3;
 use serde::Deserialize;
 
@@ -101,6 +101,15 @@ impl ControllerConfig {
         match self {
             Self::RobustAdaptive(config) => &config.uncertainty,
             Self::Saturated(config) => &config.uncertainty,
+        }
+    }
+
+    /// Estimates at the first step.
+    #[must_use]
+    pub fn initial(&self) -> &InitialEstimate {
+        match self {
+            Self::RobustAdaptive(config) => &config.initial,
+            Self::Saturated(config) => &config.initial,
         }
     }
 

@@ -26,7 +26,7 @@ use crate::sample::Sample;
 
 /// `max_x (x - x h(x, 1)) = sqrt((5 sqrt 5 - 11)/2)`: the smooth sign loses at most this times
 /// `D delta` against the discontinuous one. The paper uses 1.
-pub(super) const SMOOTHING: f64 = 0.300_283_106_000_8;
+pub(crate) const SMOOTHING: f64 = 0.300_283_106_000_8;
 
 /// One tick with its evaluation.
 pub(super) type Tick<'a> = (&'a Sample, &'a Evaluation);

@@ -23,5 +23,6 @@ pub mod translation;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use balance::SMOOTHING;
 pub use function::{Evaluation, Evaluator};
 pub use monitor::LyapunovMonitor;

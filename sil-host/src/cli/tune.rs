@@ -1,0 +1,62 @@
+//! `tune`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::tune::request::WantedOptions;
+
+/// What to tune, and for what.
+#[derive(Clone, Debug, Args)]
+pub struct TuneArguments {
+    /// Vehicle file (docs/tune.md shows one), or a scenario, built-in or file, whose vehicle, limits and
+    /// uncertainty are taken and whose gains are not.
+    #[arg(value_name = "FILE|NAME")]
+    pub vehicle: String,
+    /// Least modulus of the poles of position and height [rad/s]; 0.5 by default.
+    #[arg(long, value_name = "RAD/S")]
+    pub position_bandwidth: Option<f64>,
+    /// Least modulus of the poles of the attitude [rad/s]; five times the position's by default, less
+    /// where the torque does not allow it.
+    #[arg(long, value_name = "RAD/S")]
+    pub attitude_bandwidth: Option<f64>,
+    /// Least damping ratio of both; 0.5 by default.
+    #[arg(long, value_name = "RATIO")]
+    pub damping: Option<f64>,
+    /// Share of the room of every inequality that stays free; 0.1 by default.
+    #[arg(long, value_name = "SHARE")]
+    pub margin: Option<f64>,
+    /// Position error up to which the position loop is about linear [m]; 0.2 by default.
+    #[arg(long, value_name = "M")]
+    pub position_range: Option<f64>,
+    /// Attitude error up to which the torque suffices for the bandwidth [rad]; 0.15 by default.
+    #[arg(long, value_name = "RAD")]
+    pub attitude_range: Option<f64>,
+    /// Write a complete scenario with the gains, ready for `run`.
+    #[arg(long, value_name = "FILE")]
+    pub write: Option<PathBuf>,
+    /// Do not fly the check.
+    #[arg(long)]
+    pub no_check: bool,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Print JSON instead of tables.
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl TuneArguments {
+    /// The closed loop wanted, as far as flags say.
+    #[must_use]
+    pub fn wanted(&self) -> WantedOptions {
+        WantedOptions {
+            position_bandwidth: self.position_bandwidth,
+            attitude_bandwidth: self.attitude_bandwidth,
+            damping: self.damping,
+            margin: self.margin,
+            position_range: self.position_range,
+            attitude_range: self.attitude_range,
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! The check of a proposal: a small campaign over the corners of vehicle and first estimates, under every
+//! kind of disturbance at its bound, with the predicted peaks as what the flights must keep.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use serde::Serialize;
+
+use super::proposal::Proposal;
+use crate::campaign::{
+    Campaign, CampaignError, Definition, Outcome, Sampling, VariantDefinition, Vary, fly,
+};
+
+/// Steepest start of a check flight [deg].
+const TILT_MAX: f64 = 30.0;
+
+/// What the check found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// Flights.
+    pub flights: u32,
+    /// Flights that kept every guarantee.
+    pub held: u32,
+    /// What was predicted and the worst that was seen.
+    pub comparisons: Vec<Comparison>,
+    /// What went wrong in the others, a sentence each.
+    pub reasons: Vec<String>,
+}
+
+/// A bound and the worst of all flights.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Which guarantee.
+    pub name: &'static str,
+    /// Predicted peak.
+    pub predicted: f64,
+    /// Largest of all flights; none if no flight got so far.
+    pub observed: Option<f64>,
+    /// Unit of both.
+    pub unit: &'static str,
+}
+
+impl Check {
+    /// Whether every flight kept every guarantee.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.flights > 0 && self.held == self.flights
+    }
+}
+
+/// Flies the check of `proposal` on every core.
+///
+/// # Errors
+/// When the campaign cannot be read: a fault of this program.
+pub fn check(proposal: &Proposal) -> Result<Check, CampaignError> {
+    let campaign = campaign(proposal)?;
+    let columns = campaign.guarantees();
+    let runs: Vec<_> =
+        (0..campaign.runs()).into_par_iter().map(|index| fly(&campaign, index)).collect();
+    let rows: Vec<_> = runs.into_iter().flat_map(|run| run.rows).collect();
+    let judged = columns.iter().enumerate().filter(|(_, it)| it.name.ends_with("after settling"));
+    let comparisons = judged.zip(proposal.bounds()).map(|((column, it), predicted)| Comparison {
+        name: it.name,
+        predicted,
+        observed: rows.iter().map(|row| row.guarantees[column].observed).fold(None, worse),
+        unit: it.unit,
+    });
+    let failed = rows.iter().filter(|row| row.outcome != Outcome::Held);
+    let reasons = failed.map(|row| {
+        let variant = &campaign.variants()[row.variant].name;
+        format!("run {}, {variant}: {}", row.seed, row.reason)
+    });
+    Ok(Check {
+        flights: rows.len() as u32,
+        held: rows.iter().filter(|row| row.outcome == Outcome::Held).count() as u32,
+        comparisons: comparisons.collect(),
+        reasons: reasons.collect(),
+    })
+}
+
+/// The larger of two observations; NaN is the largest.
+fn worse(kept: Option<f64>, seen: Option<f64>) -> Option<f64> {
+    match (kept, seen) {
+        (Some(kept), Some(seen)) if kept.is_nan() || kept >= seen => Some(kept),
+        (kept, None) => kept,
+        (_, seen) => seen,
+    }
+}
+
+/// The campaign, which `sil-host campaign` can fly, too.
+///
+/// # Errors
+/// As [`check`].
+pub fn campaign(proposal: &Proposal) -> Result<Campaign, CampaignError> {
+    let name = format!("{}-check", proposal.request.name);
+    let text = toml_edit::ser::to_string_pretty(&definition(proposal, &name))
+        .expect("a definition is plain TOML");
+    Campaign::parse(&name, &text, Path::new(""), &[], &[])
+}
+
+fn definition(proposal: &Proposal, name: &str) -> Definition {
+    let request = &proposal.request;
+    let known = &request.known;
+    let ends = |interval: ctrl_core::vehicle::Interval| {
+        let mut ends = vec![f64::from(interval.lower), f64::from(interval.upper)];
+        ends.dedup();
+        ends
+    };
+    let levels = |path: &str, values: Vec<f64>| Vary {
+        path: format!("{path}[0]"),
+        also: vec![format!("{path}[1]"), format!("{path}[2]")],
+        values: Some(values),
+        ..Vary::default()
+    };
+    let between = |path: &str, lower: f64, upper: f64| Vary {
+        path: path.to_owned(),
+        uniform: Some(crate::campaign::Range { lower, upper }),
+        ..Vary::default()
+    };
+    let estimate = format!("controller.{}.initial.inertia", proposal.law.kind());
+    let mass =
+        Vary { path: "vehicle.mass".to_owned(), values: Some(ends(known.mass)), ..Vary::default() };
+    Definition {
+        name: name.to_owned(),
+        description: "Check of proposed gains over the corners of the uncertainty.".to_owned(),
+        sampling: Sampling::Grid,
+        runs: None,
+        first_seed: 1,
+        scenario: Some(request.name.clone()),
+        set: vec![],
+        envelope: None,
+        vary: vec![
+            mass,
+            levels("vehicle.inertia", ends(known.inertia)),
+            levels(&estimate, ends(known.inertia)),
+            between("initial.tilt_deg", 0.0, TILT_MAX),
+            between("initial.tilt_direction_deg", 0.0, 360.0),
+            between("initial.heading_deg", 0.0, 360.0),
+        ],
+        variant: variants(proposal),
+        scenarios: BTreeMap::from([(request.name.clone(), proposal.scenario())]),
+    }
+}
+
+/// Noise at the full bounds; lasting disturbances at the bounds of what may last, at the speed that the
+/// position loop likes least.
+fn variants(proposal: &Proposal) -> Vec<VariantDefinition> {
+    let request = &proposal.request;
+    let d1 = f64::from(request.known.disturbance_acceleration);
+    let d2 = request.lasting_torque;
+    let bandwidth = request.wanted.position_bandwidth;
+    let calm = ["disturbance.noise.acceleration=0.0", "disturbance.noise.torque=0.0"];
+    let variant = |name: &str, set: Vec<String>| VariantDefinition {
+        name: name.to_owned(),
+        scenario: None,
+        set,
+    };
+    let lasting = |name: &str, more: Vec<String>| {
+        variant(name, calm.iter().map(|&change| change.to_owned()).chain(more).collect())
+    };
+    let constant = |sign: f64| {
+        let (push, turn) = (sign * d1, sign * d2);
+        vec![
+            format!("disturbance.constant.acceleration=[{d1:?}, {push:?}, {push:?}]"),
+            format!("disturbance.constant.torque=[{d2:?}, {turn:?}, {d2:?}]"),
+        ]
+    };
+    vec![
+        variant("noise", vec![]),
+        lasting("constant", constant(1.0)),
+        lasting("constant-opposed", constant(-1.0)),
+        lasting(
+            "sinusoid",
+            vec![
+                format!("disturbance.sinusoid.frequency={:?}", bandwidth / core::f64::consts::TAU),
+                format!("disturbance.sinusoid.acceleration=[{d1:?}, {d1:?}, {d1:?}]"),
+                format!("disturbance.sinusoid.torque=[{d2:?}, {d2:?}, {d2:?}]"),
+            ],
+        ),
+        lasting(
+            "gust",
+            vec![
+                format!("disturbance.gust.hold={:?}", core::f64::consts::PI / bandwidth),
+                format!("disturbance.gust.acceleration={d1:?}"),
+                format!("disturbance.gust.torque={d2:?}"),
+            ],
+        ),
+    ]
+}

@@ -1,0 +1,347 @@
+//! The gains: a first guess in closed form, then larger or better damped until the surveyed poles
+//! are where they were wanted at every corner, and small enough for every inequality of the core.
+
+use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::error::{Bound, Condition, ConfigError};
+use ctrl_core::robust_adaptive::RobustAdaptive;
+use ctrl_core::saturated::Saturated;
+use ctrl_core::vehicle::GRAVITY;
+
+use super::digits::{rounded, rounded_down};
+use super::hover::Hover;
+use super::infeasible::{Infeasible, Mend};
+use super::request::{Limits, Request};
+use super::room::{acceleration, auxiliary_gain};
+use super::survey::{LoopSurvey, Which};
+use crate::report::number;
+use crate::scenario::ControllerConfig;
+
+const G: f64 = GRAVITY as f64;
+
+/// Slope of `D1 h(G, delta)` through `k2`, relative to that of the saturations: small, so that the
+/// loop is much the same for small signals and for large ones.
+const TRANSLATION_SLOPE: f64 = 0.25;
+
+/// Slopes of the rotational smooth sign at zero to try, as multiples of `k4`: the steepest that the step
+/// period allows leaves the smallest error.
+const ROTATION_SLOPES: [f64; 5] = [4.0, 2.0, 1.0, 0.5, 0.25];
+
+/// Share of the position loop's damping that the coupling term may take or give.
+const COUPLING: f64 = 0.02;
+
+/// Share of the attitude loop's speed at which inertia and gyroscopic ratios adapt in a brisk
+/// manoeuvre (one radian of amplitude at the attitude's bandwidth, or the whole torque).
+const ADAPTATION: f64 = 0.02;
+
+/// By how much a factor of the guess grows at a time, and how often at most.
+const GROWTH: f64 = 1.04;
+const ROUNDS: u32 = 60;
+
+/// Every condition of the controller's constructor, whether it holds or not.
+#[must_use]
+pub fn audit(law: &ControllerConfig) -> Vec<Condition> {
+    let mut conditions = Vec::new();
+    let see = |condition: &Condition| conditions.push(*condition);
+    match law {
+        ControllerConfig::RobustAdaptive(config) => RobustAdaptive::audit(config, see),
+        ControllerConfig::Saturated(config) => Saturated::audit(config, see),
+    }
+    conditions
+}
+
+/// Asks the core's constructor.
+///
+/// # Errors
+/// The first condition that does not hold.
+pub fn accept(law: &ControllerConfig) -> Result<(), ConfigError> {
+    match law {
+        ControllerConfig::RobustAdaptive(config) => RobustAdaptive::new(config).map(drop),
+        ControllerConfig::Saturated(config) => Saturated::new(config).map(drop),
+    }
+}
+
+/// `law` with the share `margin` of its inequalities' room used up: accelerations larger, or the step
+/// longer, by `1/(1 - margin)`. The core must still accept each.
+#[must_use]
+pub fn stressed(law: &ControllerConfig, margin: f64) -> [ControllerConfig; 2] {
+    let factor = (1.0 / (1.0 - margin)) as f32;
+    let (mut pushed, mut slowed) = (*law, *law);
+    let cascade = pushed.cascade_mut();
+    cascade.m1 *= factor;
+    cascade.m2 *= factor;
+    match &mut slowed {
+        ControllerConfig::RobustAdaptive(config) => config.step_period *= factor,
+        ControllerConfig::Saturated(config) => config.step_period *= factor,
+    }
+    [pushed, slowed]
+}
+
+/// By what the first guess is multiplied.
+#[derive(Clone, Copy, Debug)]
+struct Factors {
+    position: f64,
+    position_damping: f64,
+    attitude: f64,
+    attitude_damping: f64,
+    rotation_slope: f64,
+}
+
+/// Gains that meet `request`.
+///
+/// # Errors
+/// The inequality that no choice of gains meets.
+pub fn design(request: &Request) -> Result<ControllerConfig, Infeasible> {
+    attempt(request).map_err(|mut error| {
+        if let Some(words) =
+            error.mend.and_then(|(mend, value)| mend.sufficient(request, value, attempt))
+        {
+            error.remedies.insert(0, words);
+        }
+        error
+    })
+}
+
+fn attempt(request: &Request) -> Result<ControllerConfig, Infeasible> {
+    let mut outcomes = ROTATION_SLOPES.iter().map(|&slope| search(request, slope));
+    let steepest = outcomes.next().expect("there are slopes to try");
+    // The error of the least slope is that of the gains that ask least of the step period.
+    let mut law = outcomes.fold(steepest, |kept, next| if kept.is_ok() { kept } else { next })?;
+    adapt_mass(&mut law, request.wanted.damping);
+    with_margin(&law, request.wanted.margin).map_err(|error| refused(request, &error))?;
+    Ok(law)
+}
+
+/// Whether the core accepts `law` with `margin` to spare.
+///
+/// # Errors
+/// The first condition that does not hold, as it stands under the stress.
+pub fn with_margin(law: &ControllerConfig, margin: f64) -> Result<(), ConfigError> {
+    stressed(law, margin).iter().try_for_each(accept)
+}
+
+/// Grows the factors until the poles are where they were wanted.
+fn search(request: &Request, rotation_slope: f64) -> Result<ControllerConfig, Infeasible> {
+    let wanted = &request.wanted;
+    let mut factors = Factors {
+        position: 1.0,
+        position_damping: 1.0,
+        attitude: 1.0,
+        attitude_damping: 1.0,
+        rotation_slope,
+    };
+    let mut fault = None;
+    for _ in 0..ROUNDS {
+        let law = first_guess(request, &factors)?;
+        with_margin(&law, wanted.margin).map_err(|error| refused(request, &error))?;
+        let [lateral, vertical, attitude] =
+            [Which::Lateral, Which::Vertical, Which::Attitude].map(|it| LoopSurvey::new(it, &law));
+        fault = None;
+        let mut short = |met: f64, asked: f64, factor: &mut f64, what: (&LoopSurvey, bool)| {
+            if met < asked {
+                *factor *= GROWTH;
+                fault = Some((what.0.clone(), what.1));
+            }
+        };
+        let bandwidth = wanted.position_bandwidth;
+        short(
+            attitude.bandwidth.value,
+            wanted.attitude_bandwidth,
+            &mut factors.attitude,
+            (&attitude, true),
+        );
+        short(
+            attitude.damping.value,
+            wanted.damping,
+            &mut factors.attitude_damping,
+            (&attitude, false),
+        );
+        short(
+            vertical.damping.value,
+            wanted.damping,
+            &mut factors.position_damping,
+            (&vertical, false),
+        );
+        short(vertical.bandwidth.value, bandwidth, &mut factors.position, (&vertical, true));
+        if vertical.bandwidth.value >= bandwidth {
+            short(lateral.bandwidth.value, bandwidth, &mut factors.position, (&lateral, true));
+        }
+        // The slow pair of poles is the position's, which the lag of the tilt costs damping: more of
+        // it, or a faster attitude. The fast pair is the attitude's.
+        let asked = wanted.damping;
+        let middle = (bandwidth * wanted.attitude_bandwidth).sqrt();
+        if lateral.damping.pole.modulus() < middle {
+            short(lateral.damping.value, asked, &mut factors.position_damping, (&lateral, false));
+            short(lateral.damping.value, asked, &mut factors.attitude, (&lateral, false));
+        } else {
+            short(lateral.damping.value, asked, &mut factors.attitude_damping, (&lateral, false));
+        }
+        if fault.is_none() {
+            return Ok(law);
+        }
+    }
+    Err(poles_out_of_reach(request, &fault.expect("a fault kept the search going")))
+}
+
+fn poles_out_of_reach(request: &Request, (survey, bandwidth): &(LoopSurvey, bool)) -> Infeasible {
+    let (what, unit, met, asked) = if *bandwidth {
+        let position = survey.which != Which::Attitude;
+        let wanted = &request.wanted;
+        let asked = if position { wanted.position_bandwidth } else { wanted.attitude_bandwidth };
+        ("bandwidth", "rad/s", survey.bandwidth, asked)
+    } else {
+        ("damping", "of critical", survey.damping, request.wanted.damping)
+    };
+    let corner = met.corner;
+    Infeasible {
+        inequality: format!(
+            "{what} asked of the loop of {} against what it has at inertia {} kg m^2, taken for {}",
+            survey.which.name(),
+            number(corner.inertia),
+            number(corner.inertia_estimate)
+        ),
+        left: asked,
+        right: met.value,
+        unit,
+        remedies: vec![
+            format!(
+                "wanted.{} at most {}",
+                if *bandwidth { "position_bandwidth" } else { "damping" },
+                number(met.value)
+            ),
+            "a narrower interval of the inertia".to_owned(),
+        ],
+        mend: None,
+    }
+}
+
+/// The core refuses gains with the margin taken off.
+fn refused(request: &Request, error: &ConfigError) -> Infeasible {
+    let ConfigError { parameter, value, bound, source } = *error;
+    let right = match bound {
+        Bound::AtMost(limit) | Bound::Below(limit) => limit.into(),
+        _ => f64::NAN,
+    };
+    let left = f64::from(value);
+    let margin = number(request.wanted.margin);
+    let mut remedies = vec!["a smaller wanted.attitude_bandwidth".to_owned()];
+    let mut mend = None;
+    if parameter.starts_with("step_period") {
+        mend = Some((Mend::StepPeriod, f64::from(request.step_period) * right / left));
+        remedies.push("a narrower interval of the inertia".to_owned());
+    }
+    Infeasible {
+        inequality: format!("{parameter} must be {bound} with a margin of {margin} ({source})"),
+        left,
+        right,
+        unit: "with the margin taken off",
+        remedies,
+        mend,
+    }
+}
+
+/// Gains in closed form, see `docs/tune.md`, for loops `factors` times as fast and damped as wanted.
+fn first_guess(request: &Request, factors: &Factors) -> Result<ControllerConfig, Infeasible> {
+    let Request { known, wanted, .. } = request;
+    let position = factors.position * wanted.position_bandwidth;
+    let attitude = factors.attitude * wanted.attitude_bandwidth;
+    let sum = acceleration(request, position)?;
+    let k5 = auxiliary_gain(request, attitude)?;
+    let m1 = rounded_down(0.5 * sum);
+    let k1 = rounded(position * position / m1);
+    let k2 = rounded(factors.position_damping * wanted.damping * position / m1);
+    let k3 = rounded(2.0 * attitude);
+    let k4 = rounded(rate_gain(request, k3, factors.attitude_damping * wanted.damping));
+    let [d1, d2] = [known.disturbance_acceleration, known.disturbance_torque].map(f64::from);
+    // Without a disturbance the width of its smooth sign does not matter.
+    let width = |bound: f64, slope: f64, otherwise: f64| {
+        rounded(if bound > 0.0 { bound / slope } else { otherwise })
+    };
+    let inertia = if request.limits.is_some() { f64::from(known.inertia.lower) } else { 1.0 };
+    let cascade = CascadeGains {
+        k1: k1 as f32,
+        k2: k2 as f32,
+        k3: k3 as f32,
+        c: rounded(COUPLING * k3 / (4.0 * G * G * (k2 + k1 / (2.0 * k2 * m1)))) as f32,
+        m1: m1 as f32,
+        m2: m1 as f32,
+        gamma1: 0.0,
+        delta_1: rounded(0.5 * wanted.position_bandwidth) as f32,
+        delta_min_translation: width(d1, TRANSLATION_SLOPE / k2, 0.1 * k2 * m1) as f32,
+        delta_min_rotation: width(d2, factors.rotation_slope * k4 * inertia, 0.02 * attitude)
+            as f32,
+    };
+    Ok(assembled(request, cascade, k4, k5, attitude))
+}
+
+/// `k4` with which the attitude about an axis has the damping ratio `damping` at least at the corner that
+/// damps worst, without the smooth sign.
+fn rate_gain(request: &Request, k3: f64, damping: f64) -> f64 {
+    let (lower, upper) =
+        (f64::from(request.known.inertia.lower), f64::from(request.known.inertia.upper));
+    let square = damping * damping;
+    if request.limits.is_none() {
+        // (k4/J)^2 = 4 square (k4 k3 + 1)/(2 J) at J_hi, taken for nothing.
+        let half = square * upper * k3;
+        half + (half * half + 2.0 * square * upper).sqrt()
+    } else {
+        // r (k4 + k3/2)^2 = 2 square (k4 k3 + 1) at r = J_lo/J_hi.
+        let r = lower / upper;
+        let half = k3 * (square / r - 0.5);
+        let root = half * half + 2.0 * square / r - 0.25 * k3 * k3;
+        (half + root.max(0.0).sqrt()).max(0.5 * k3)
+    }
+}
+
+/// The controller with these gains; `attitude` is the speed of its attitude loop [rad/s].
+pub(super) fn assembled(
+    request: &Request,
+    cascade: CascadeGains,
+    k4: f64,
+    k5: f64,
+    attitude: f64,
+) -> ControllerConfig {
+    let &Request { known, initial, reference_acceleration_max, step_period, limits, .. } = request;
+    let cubed = attitude.powi(3);
+    match limits {
+        None => ControllerConfig::RobustAdaptive(RobustAdaptiveConfig {
+            step_period,
+            reference_acceleration_max,
+            uncertainty: known,
+            initial,
+            cascade,
+            k4: k4 as f32,
+            gamma2: rounded(ADAPTATION * k4 / cubed) as f32,
+        }),
+        Some(Limits { thrust_max, torque_max }) => ControllerConfig::Saturated(SaturatedConfig {
+            step_period,
+            reference_acceleration_max,
+            uncertainty: known,
+            initial,
+            cascade,
+            thrust_max,
+            torque_max,
+            k4: k4 as f32,
+            k5: k5 as f32,
+            gamma2: rounded(ADAPTATION * attitude * k4 / f64::from(torque_max).powi(2)) as f32,
+            gamma3: rounded(ADAPTATION * k4 / cubed) as f32,
+        }),
+    }
+}
+
+/// The largest `gamma1` at which height keeps half the damping wanted while the mass adapts. The
+/// slower mode that it adds is that of the estimate.
+fn adapt_mass(law: &mut ControllerConfig, damping: f64) {
+    let hover = Hover::new(law);
+    let heaviest = f64::from(hover.known.mass.upper);
+    let cascade = *law.cascade();
+    let sum = f64::from(cascade.m1 + cascade.m2);
+    let mut gain = 2.0 * sum / (heaviest * G).powi(2);
+    for _ in 0..ROUNDS {
+        law.cascade_mut().gamma1 = rounded(gain) as f32;
+        let survey = LoopSurvey::new(Which::VerticalAdaptive, law);
+        if survey.damping.value >= 0.5 * damping && survey.decay.value > 0.0 {
+            return;
+        }
+        gain /= GROWTH * GROWTH;
+    }
+}

@@ -1,0 +1,246 @@
+//! The closed loop of either law, linearised at hover. `docs/tune.md` derives every line.
+//!
+//! At hover the tilt axes, the vertical axis and the heading do not see each other to first order,
+//! and the two tilt axes obey the same equations. Three small loops remain:
+//!
+//! ```text
+//! lateral   e' = v, v' = g x + d1, x' = w, w' = (tau + d2)/J      x: tilt towards the axis
+//! vertical  e' = v, v' = -Kp e - Kv v - g b + d1, b' = gamma1 m^2 g (Gp e + Gv v)    b = m beta - 1
+//! heading   x' = w, w' = (tau + d2)/J
+//! ```
+//! with `Gp = k1 k2 M1`, `Gv = k2^2 (M1 + M2) + k1`, `Kp = k1 M1 + s Gp`, `Kv = k2 (M1 + M2) + s Gv`
+//! and `s` the slope of `D1 h(G, delta)`.
+
+use ctrl_core::config::CascadeGains;
+use ctrl_core::vehicle::{GRAVITY, Uncertainty};
+use glam::{DMat4, DVec4};
+
+use super::pole::{Pole, eigenvalues};
+use crate::scenario::ControllerConfig;
+
+const G: f64 = GRAVITY as f64;
+
+/// What of a law and of its vehicle the linearisation depends on.
+#[derive(Clone, Copy, Debug)]
+pub struct Hover {
+    /// Gains of the shared cascade.
+    pub cascade: CascadeGains,
+    /// What is known of vehicle and disturbance.
+    pub known: Uncertainty,
+    /// Step period [s].
+    pub dt: f64,
+    /// Rate gain `k4`, in the unit of its law.
+    pub(super) k4: f64,
+    /// Controller 2.
+    pub(super) saturated: bool,
+}
+
+/// A point of the uncertainty at which the loop is linearised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    /// True mass [kg].
+    pub mass: f64,
+    /// True moment of inertia of the axis [kg m^2].
+    pub inertia: f64,
+    /// What the law takes it for: `a_hat`, or `1/theta_hat` [kg m^2].
+    pub inertia_estimate: f64,
+    /// Slope of `h(G, delta)` as a share of its slope `1/delta` at zero: 0 (large signals) to 1.
+    pub translation_slope: f64,
+    /// The same for `h(w_e, delta)`.
+    pub rotation_slope: f64,
+}
+
+/// What a loop shows, as rows that the state multiplies.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Outputs {
+    /// Position error [m].
+    pub position: DVec4,
+    /// Angle of `q_e` about the axis [rad].
+    pub attitude: DVec4,
+    /// Angle of the body from hover about the axis [rad].
+    pub tilt: DVec4,
+    /// `w_e` [rad/s].
+    pub rate_error: DVec4,
+    /// `G` [1/s].
+    pub g: DVec4,
+}
+
+/// One linear loop: `x' = A x + B1 d1 + B2 d2`, and the same sampled.
+#[derive(Clone, Copy, Debug)]
+pub struct Loop {
+    /// Number of states, at most four; all rows and columns beyond are zero.
+    pub order: usize,
+    /// `A`.
+    pub continuous: DMat4,
+    /// `(A_d - I)/dt` of the sampled loop, whose wrench is held over the step.
+    pub sampled: DMat4,
+    /// `B1` [per m/s^2] and `B2` [per N m].
+    pub pushes: [DVec4; 2],
+    /// What it shows.
+    pub outputs: Outputs,
+    dt: f64,
+}
+
+impl Loop {
+    /// Poles of the loop in continuous time, slowest first.
+    #[must_use]
+    pub fn continuous_poles(&self) -> Vec<Pole> {
+        eigenvalues(&self.continuous, self.order)
+    }
+
+    /// Poles of the sampled loop as `ln(z)/dt`, slowest first.
+    #[must_use]
+    pub fn sampled_poles(&self) -> Vec<Pole> {
+        let roots = eigenvalues(&self.sampled, self.order);
+        roots.into_iter().map(|root| Pole::from_difference(root, self.dt)).collect()
+    }
+}
+
+/// Gains of the position loop in the linear range.
+#[derive(Clone, Copy, Debug)]
+pub struct Stiffness {
+    /// `Kp` [1/s^2].
+    pub kp: f64,
+    /// `Kv` [1/s].
+    pub kv: f64,
+    /// `Gp` [1/(m s)]: slope of `G` with position.
+    pub gp: f64,
+    /// `Gv` [1/m]: slope of `G` with velocity.
+    pub gv: f64,
+}
+
+impl Hover {
+    /// Of `law`, with its bounds of vehicle and disturbance.
+    #[must_use]
+    pub fn new(law: &ControllerConfig) -> Self {
+        let (k4, saturated) = match law {
+            ControllerConfig::RobustAdaptive(config) => (config.k4, false),
+            ControllerConfig::Saturated(config) => (config.k4, true),
+        };
+        Self {
+            cascade: *law.cascade(),
+            known: *law.uncertainty(),
+            dt: law.step_period().into(),
+            k4: k4.into(),
+            saturated,
+        }
+    }
+
+    /// Slope of the translational smooth sign term of (13) at zero [m/s^2 per unit of `G`].
+    #[must_use]
+    pub fn translation_slope(&self) -> f64 {
+        f64::from(self.known.disturbance_acceleration)
+            / f64::from(self.cascade.delta_min_translation)
+    }
+
+    /// Slope of the rotational smooth sign term of (34), (50) at zero, in the unit of `k4`.
+    #[must_use]
+    pub fn rotation_slope(&self) -> f64 {
+        let slope =
+            f64::from(self.known.disturbance_torque) / f64::from(self.cascade.delta_min_rotation);
+        if self.saturated { slope / f64::from(self.known.inertia.lower) } else { slope }
+    }
+
+    /// Gains of the position loop at `corner`.
+    #[must_use]
+    pub fn stiffness(&self, corner: &Corner) -> Stiffness {
+        let CascadeGains { k1, k2, m1, m2, .. } = self.cascade;
+        let [k1, k2, m1, m2] = [k1, k2, m1, m2].map(f64::from);
+        let slope = corner.translation_slope * self.translation_slope();
+        let (gp, gv) = (k1 * k2 * m1, k2 * k2 * (m1 + m2) + k1); // (16)
+        Stiffness { kp: k1 * m1 + slope * gp, kv: k2 * (m1 + m2) + slope * gv, gp, gv } // (13)
+    }
+
+    /// `w'` without disturbance, from the rows of `q_e`'s angle, `w_e` and `mu'`: (34) or (50).
+    fn angular_acceleration(
+        &self,
+        corner: &Corner,
+        attitude: DVec4,
+        rate_error: DVec4,
+        mu_dot: DVec4,
+    ) -> DVec4 {
+        let feedback = -(self.k4 + corner.rotation_slope * self.rotation_slope()) * rate_error
+            - 0.5 * attitude;
+        if self.saturated {
+            (feedback + mu_dot) * (corner.inertia_estimate / corner.inertia)
+        } else {
+            (feedback + corner.inertia_estimate * mu_dot) / corner.inertia
+        }
+    }
+
+    /// Position and tilt along one horizontal axis: states `e`, `v`, `x`, `w`.
+    #[must_use]
+    pub fn lateral(&self, corner: &Corner) -> Loop {
+        let [e, v, x, w] = DVec4::AXES;
+        let Stiffness { kp, kv, gp, gv } = self.stiffness(corner);
+        let (c, k3) = (f64::from(self.cascade.c), f64::from(self.cascade.k3));
+        let desired = -(kp * e + kv * v) / G; // (22), with v' = g x for w_d and w_d'
+        let desired_rate = -(kp * v + kv * G * x) / G;
+        let desired_acceleration = -(kp * x + kv * w);
+        let attitude = x - desired; // twice eps_e
+        let g = gp * e + gv * v;
+        let g_dot = gp * v + gv * G * x;
+        let mu = desired_rate - 0.5 * k3 * attitude - 2.0 * c * G * g; // (31), (49)
+        let mu_dot = desired_acceleration - 0.5 * k3 * (w - desired_rate) - 2.0 * c * G * g_dot;
+        let rate_error = w - mu;
+        let spin = self.angular_acceleration(corner, attitude, rate_error, mu_dot);
+        let dt = self.dt;
+        // Held over the step, the torque makes x a parabola, v a cubic, e a quartic in time.
+        let sampled = [
+            v + G * (dt / 2.0 * x + dt * dt / 6.0 * w + dt.powi(3) / 24.0 * spin),
+            G * (x + dt / 2.0 * w + dt * dt / 6.0 * spin),
+            w + dt / 2.0 * spin,
+            spin,
+        ];
+        Loop {
+            order: 4,
+            continuous: from_rows([v, G * x, w, spin]),
+            sampled: from_rows(sampled),
+            pushes: [v, w / corner.inertia],
+            outputs: Outputs { position: e, attitude, tilt: x, rate_error, g },
+            dt,
+        }
+    }
+
+    /// Height: states `e`, `v` and, while the mass adapts, `b = m beta - 1`.
+    #[must_use]
+    pub fn vertical(&self, corner: &Corner, adaptive: bool) -> Loop {
+        let [e, v, b, _] = DVec4::AXES;
+        let Stiffness { kp, kv, gp, gv } = self.stiffness(corner);
+        let dt = self.dt;
+        let b = if adaptive { b } else { DVec4::ZERO };
+        let g = gp * e + gv * v;
+        let acceleration = -kp * e - kv * v - G * b;
+        let gain = f64::from(self.cascade.gamma1) * corner.mass * corner.mass * G;
+        let learning = if adaptive { gain * g } else { DVec4::ZERO }; // (14), f = m g
+        Loop {
+            order: if adaptive { 3 } else { 2 },
+            continuous: from_rows([v, acceleration, learning, DVec4::ZERO]),
+            sampled: from_rows([v + dt / 2.0 * acceleration, acceleration, learning, DVec4::ZERO]),
+            pushes: [v, DVec4::ZERO],
+            outputs: Outputs { position: e, g, ..Outputs::default() },
+            dt,
+        }
+    }
+
+    /// Heading: states `x`, `w`. Each axis of the attitude behaves so by itself.
+    #[must_use]
+    pub fn heading(&self, corner: &Corner) -> Loop {
+        let [x, w, _, _] = DVec4::AXES;
+        let k3 = f64::from(self.cascade.k3);
+        let rate_error = w + 0.5 * k3 * x;
+        let spin = self.angular_acceleration(corner, x, rate_error, -0.5 * k3 * w);
+        Loop {
+            order: 2,
+            continuous: from_rows([w, spin, DVec4::ZERO, DVec4::ZERO]),
+            sampled: from_rows([w + self.dt / 2.0 * spin, spin, DVec4::ZERO, DVec4::ZERO]),
+            pushes: [DVec4::ZERO, w / corner.inertia],
+            outputs: Outputs { attitude: x, tilt: x, rate_error, ..Outputs::default() },
+            dt: self.dt,
+        }
+    }
+}
+
+fn from_rows(rows: [DVec4; 4]) -> DMat4 {
+    DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose()
+}

@@ -1,0 +1,97 @@
+//! Why no gains meet a request, and what would change that.
+
+use core::fmt;
+
+use super::digits::{rounded_down, rounded_up};
+use super::request::Request;
+use crate::report::number;
+use crate::scenario::ControllerConfig;
+
+/// By how much a value is moved at a time until it mends the request, and how often at most.
+const GROWTH: f64 = 1.04;
+const ROUNDS: u32 = 60;
+
+/// Why no gains meet a request: an inequality, by how much it fails, and what would change that.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Infeasible {
+    /// The inequality.
+    pub inequality: String,
+    /// Its left side, which is too large.
+    pub left: f64,
+    /// Its right side.
+    pub right: f64,
+    /// Unit of both sides.
+    pub unit: &'static str,
+    /// What would make it hold.
+    pub remedies: Vec<String>,
+    /// The value of the request that decides, and how far it has to go for these gains.
+    pub mend: Option<(Mend, f64)>,
+}
+
+/// A value of the request whose change mends what is infeasible.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mend {
+    /// `thrust_max` [N], larger.
+    ThrustMax,
+    /// `torque_max` [N m], larger.
+    TorqueMax,
+    /// `step_period` [s], shorter.
+    StepPeriod,
+}
+
+impl Mend {
+    /// The request with this value.
+    fn applied(self, request: &Request, value: f64) -> Request {
+        let mut request = request.clone();
+        match (self, &mut request.limits) {
+            (Self::ThrustMax, Some(limits)) => limits.thrust_max = value as f32,
+            (Self::TorqueMax, Some(limits)) => limits.torque_max = value as f32,
+            (Self::StepPeriod, _) => request.step_period = value as f32,
+            (_, None) => {}
+        }
+        request.completed()
+    }
+
+    /// A value, from `value` on, with which this is not what fails any more; the search may ask for
+    /// more than the gains that it was first refused with.
+    pub(super) fn sufficient(
+        self,
+        request: &Request,
+        value: f64,
+        attempt: impl Fn(&Request) -> Result<ControllerConfig, Infeasible>,
+    ) -> Option<String> {
+        let shorter = self == Self::StepPeriod;
+        let mut value = value;
+        for _ in 0..ROUNDS {
+            value = if shorter { rounded_down(value) } else { rounded_up(value) };
+            match attempt(&self.applied(request, value)) {
+                Err(Infeasible { mend: Some((mend, _)), .. }) if mend == self => {
+                    value *= if shorter { 1.0 / GROWTH } else { GROWTH };
+                }
+                _ => return Some(self.words(value)),
+            }
+        }
+        None
+    }
+
+    fn words(self, value: f64) -> String {
+        let value = number(value);
+        match self {
+            Self::ThrustMax => format!("thrust_max >= {value} N"),
+            Self::TorqueMax => format!("torque_max >= {value} N m"),
+            Self::StepPeriod => format!("step_period <= {value} s"),
+        }
+    }
+}
+
+impl fmt::Display for Infeasible {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { inequality, left, right, unit, remedies, .. } = self;
+        let (left, right, short) = (number(*left), number(*right), number(left - right));
+        write!(out, "no gains meet the request: {inequality}: {left} against {right} {unit}, ")?;
+        write!(out, "{short} too much; ")?;
+        write!(out, "it would hold with {}", remedies.join(", or "))
+    }
+}
+
+impl core::error::Error for Infeasible {}

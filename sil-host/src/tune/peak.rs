@@ -1,0 +1,175 @@
+//! Peaks of a linear loop under disturbances that keep their bounds. What may last: the integral of the
+//! magnitude of the impulse response times the bound, which no disturbance within the bound exceeds and
+//! one that switches sign with the response reaches. What has no mean: five standard deviations under
+//! white noise of the step rate.
+
+use glam::{DMat4, DVec4};
+
+use super::hover::{Corner, Hover, Loop, Outputs};
+use super::survey::Which;
+
+/// Largest magnitude of each output.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Peaks {
+    /// Position error along the axis [m].
+    pub position: f64,
+    /// Angle of `q_e` about the axis [rad].
+    pub attitude: f64,
+    /// Tilt or turn about the axis [rad].
+    pub tilt: f64,
+    /// `w_e` about the axis [rad/s].
+    pub rate_error: f64,
+    /// `G` along the axis [1/s].
+    pub g: f64,
+}
+
+impl Peaks {
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            position: f(self.position, other.position),
+            attitude: f(self.attitude, other.attitude),
+            tilt: f(self.tilt, other.tilt),
+            rate_error: f(self.rate_error, other.rate_error),
+            g: f(self.g, other.g),
+        }
+    }
+
+    /// The larger of each.
+    #[must_use]
+    pub fn max(self, other: Self) -> Self {
+        self.zip(other, |a, b| if b.is_nan() || b > a { b } else { a })
+    }
+}
+
+/// Steps per inverse of the fastest pole.
+const RESOLUTION: f64 = 8.0;
+
+/// Time constants of the slowest pole that an impulse response is followed for.
+const TAIL: f64 = 10.0;
+
+/// Longest response [steps]; a loop with a wider spread of poles is cut off.
+const STEPS_MAX: f64 = 2e5;
+
+/// How often the slopes of the smooth signs are brought in line with the peaks.
+const ITERATIONS: u32 = 40;
+
+/// Standard deviations that noise is taken to reach: beyond, once in two million independent values.
+const DEVIATIONS: f64 = 5.0;
+
+/// Bounds of the disturbances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disturbances {
+    /// Of what may last: acceleration [m/s^2] and torque [N m].
+    pub lasting: [f64; 2],
+    /// Of uniform noise, drawn anew at every tick: the same.
+    pub noise: [f64; 2],
+}
+
+/// Peaks of the loop `which` at the inertias and mass of `corner`.
+///
+/// The smooth sign of a signal up to `x` acts at least with the slope of its secant there,
+/// `1/sqrt(x^2 + delta^2)`. The slopes start at zero signal and fall until they fit the peaks that they
+/// lead to.
+#[must_use]
+pub fn peaks(which: Which, hover: &Hover, corner: &Corner, disturbances: &Disturbances) -> Peaks {
+    let mut corner = Corner { translation_slope: 1.0, rotation_slope: 1.0, ..*corner };
+    let mut found = Peaks::default();
+    for _ in 0..ITERATIONS {
+        found = linear_peaks(&which.at(hover, &corner), hover.dt, disturbances);
+        let secant = |peak: f64, delta: f32| 1.0 / (peak / f64::from(delta)).hypot(1.0);
+        let translation = secant(found.g, hover.cascade.delta_min_translation);
+        let rotation = secant(found.rate_error, hover.cascade.delta_min_rotation);
+        let moved = (corner.translation_slope - translation).abs()
+            + (corner.rotation_slope - rotation).abs();
+        corner = Corner { translation_slope: translation, rotation_slope: rotation, ..corner };
+        if moved < 1e-3 {
+            break;
+        }
+    }
+    found
+}
+
+fn linear_peaks(of: &Loop, dt: f64, disturbances: &Disturbances) -> Peaks {
+    let poles = of.continuous_poles();
+    let slowest = poles.iter().map(|pole| -pole.re).fold(f64::INFINITY, f64::min);
+    let fastest = poles.iter().map(|pole| pole.modulus()).fold(0.0, f64::max);
+    if slowest.is_nan() || slowest <= 0.0 {
+        return Peaks::default().zip(Peaks::default(), |_, _| f64::INFINITY);
+    }
+    let h = 1.0 / (RESOLUTION * fastest);
+    let steps = (TAIL / (slowest * h)).min(STEPS_MAX) as u32;
+    let Disturbances { lasting, noise } = *disturbances;
+    let mut sum = Peaks::default();
+    for ((push, lasting), noise) in of.pushes.into_iter().zip(lasting).zip(noise) {
+        if push != DVec4::ZERO && lasting + noise > 0.0 {
+            let area = impulse_area(&of.continuous, push, &of.outputs, h, steps);
+            // A uniform value has a third of its bound's square as variance.
+            let deviation = |square: f64| noise * (dt / 3.0 * square).sqrt();
+            let peak = area.magnitude.zip(area.square, |magnitude, square| {
+                lasting * magnitude + DEVIATIONS * deviation(square)
+            });
+            sum = sum.zip(peak, |sum, peak| sum + peak);
+        }
+    }
+    sum
+}
+
+/// Integrals over an impulse response.
+#[derive(Clone, Copy, Debug, Default)]
+struct Area {
+    magnitude: Peaks,
+    square: Peaks,
+}
+
+/// Integrals of magnitude and square of each output after the impulse `push` (RK4, trapezoids).
+fn impulse_area(a: &DMat4, push: DVec4, outputs: &Outputs, h: f64, steps: u32) -> Area {
+    let advance = rk4(a, h);
+    let seen = |x: DVec4| Peaks {
+        position: outputs.position.dot(x).abs(),
+        attitude: outputs.attitude.dot(x).abs(),
+        tilt: outputs.tilt.dot(x).abs(),
+        rate_error: outputs.rate_error.dot(x).abs(),
+        g: outputs.g.dot(x).abs(),
+    };
+    let mut x = push;
+    let mut area = Area::default();
+    let mut before = seen(x);
+    for _ in 0..steps {
+        x = advance * x;
+        let now = seen(x);
+        let magnitude = before.zip(now, |a, b| 0.5 * h * (a + b));
+        let square = before.zip(now, |a, b| 0.5 * h * (a * a + b * b));
+        area.magnitude = area.magnitude.zip(magnitude, |sum, piece| sum + piece);
+        area.square = area.square.zip(square, |sum, piece| sum + piece);
+        before = now;
+    }
+    area
+}
+
+/// One RK4 step of `x' = A x` as a matrix.
+fn rk4(a: &DMat4, h: f64) -> DMat4 {
+    let a = *a * h;
+    let (a2, i) = (a * a, DMat4::IDENTITY);
+    i + a + a2 * 0.5 + a2 * a * (1.0 / 6.0) + a2 * a2 * (1.0 / 24.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `e'' = -2 e' - e + d` is critically damped: its impulse response `t exp(-t)` has area one, and
+    /// that of the velocity, `(1 - t) exp(-t)`, has `2/e`.
+    #[test]
+    fn areas_of_a_known_response() {
+        let a = DMat4::from_cols_array(&[
+            0.0, -1.0, 0.0, 0.0, 1.0, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+        ]);
+        let outputs = Outputs { position: DVec4::X, rate_error: DVec4::Y, ..Outputs::default() };
+        let area = impulse_area(&a, DVec4::Y, &outputs, 0.01, 3000);
+        assert!((area.magnitude.position - 1.0).abs() < 1e-4, "{area:?}");
+        assert!((area.magnitude.rate_error - 2.0 / 1f64.exp()).abs() < 1e-3, "{area:?}");
+        // The squares have 1/4 and 1/4.
+        assert!((area.square.position - 0.25).abs() < 1e-4, "{area:?}");
+        assert!((area.square.rate_error - 0.25).abs() < 1e-2, "{area:?}");
+    }
+}

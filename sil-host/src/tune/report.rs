@@ -1,0 +1,216 @@
+//! What `tune` prints: the table for people, or the same as JSON.
+
+use std::fmt::Write;
+
+use ctrl_core::error::{Bound, Condition};
+use serde_json::{Value, json};
+
+use super::check::Check;
+use super::design::{audit, stressed};
+use super::pole::Pole;
+use super::proposal::{Proposal, controller};
+use super::survey::{LoopSurvey, Met, Which};
+use super::ultimate::Bounds;
+use crate::report::number;
+
+/// Everything about a proposal and its check, if it was flown.
+#[must_use]
+pub fn table(proposal: &Proposal, check: Option<&Check>) -> String {
+    let mut text = String::new();
+    let _ = writeln!(text, "\n{}: {}\n", proposal.request.name, wanted(proposal));
+    text += &controller(&proposal.law);
+    text += "\nInequalities of the core, all kept with the margin taken off:\n";
+    text += &inequalities(proposal);
+    text += "\nPoles at hover, nominal vehicle, small signals [1/s]; z of the sampled loop:\n";
+    for survey in &proposal.surveys {
+        text += &poles(survey, f64::from(proposal.law.step_period()));
+    }
+    text += "\nWorst over the corners of mass, inertia, its estimate and the smooth signs:\n";
+    for survey in &proposal.surveys {
+        text += &worst(survey, asked(proposal, survey.which));
+    }
+    text += "\nPredicted ultimate bounds, disturbances at their bounds:\n";
+    text += &bounds(proposal, check);
+    if let Some(check) = check {
+        text += &flown(check);
+    }
+    text
+}
+
+fn wanted(proposal: &Proposal) -> String {
+    let wanted = &proposal.request.wanted;
+    format!(
+        "position {} rad/s, attitude {} rad/s, damping {}, margin {}",
+        number(wanted.position_bandwidth),
+        number(wanted.attitude_bandwidth),
+        number(wanted.damping),
+        number(wanted.margin)
+    )
+}
+
+/// The conditions that compare two numbers; signs and finiteness are left out.
+fn compared(conditions: Vec<Condition>) -> impl Iterator<Item = (Condition, f64)> {
+    conditions.into_iter().filter_map(|condition| match condition.bound {
+        Bound::AtMost(limit) | Bound::Below(limit) => Some((condition, f64::from(limit))),
+        _ => None,
+    })
+}
+
+fn inequalities(proposal: &Proposal) -> String {
+    let mut text = String::new();
+    for (condition, limit) in compared(audit(&proposal.law)) {
+        let value = f64::from(condition.value);
+        let relation = if matches!(condition.bound, Bound::Below(_)) { "<" } else { "<=" };
+        let (left, right) = (number(value), number(limit));
+        let (margin, name) = (number(limit - value), condition.parameter);
+        let _ = writeln!(text, "  {left:>10} {relation:<2} {right:<8} margin {margin:<9} {name}");
+    }
+    text
+}
+
+fn poles(survey: &LoopSurvey, dt: f64) -> String {
+    let upper = |poles: &[Pole]| poles.iter().filter(|pole| pole.im >= -1e-9).copied().collect();
+    let (continuous, sampled): (Vec<Pole>, Vec<Pole>) =
+        (upper(&survey.nominal), upper(&survey.nominal_sampled));
+    let shown = |pole: &Pole| {
+        let im = if pole.im > 1e-6 * pole.modulus() {
+            format!(" +- {}i", number(pole.im))
+        } else {
+            String::new()
+        };
+        format!("{}{im}", number(pole.re))
+    };
+    let z = |pole: &Pole| number(pole.sampled_modulus(dt));
+    let list = |of: Vec<String>| of.join(", ");
+    format!(
+        "  {:<22} {}   |z| {}\n",
+        survey.which.name(),
+        list(continuous.iter().map(shown).collect()),
+        list(sampled.iter().map(z).collect())
+    )
+}
+
+/// Bandwidth and damping asked of a loop; none of the height while the mass adapts.
+fn asked(proposal: &Proposal, which: Which) -> (Option<f64>, f64) {
+    let wanted = &proposal.request.wanted;
+    match which {
+        Which::Lateral | Which::Vertical => (Some(wanted.position_bandwidth), wanted.damping),
+        Which::VerticalAdaptive => (None, 0.5 * wanted.damping),
+        Which::Attitude => (Some(wanted.attitude_bandwidth), wanted.damping),
+    }
+}
+
+fn worst(survey: &LoopSurvey, (bandwidth, damping): (Option<f64>, f64)) -> String {
+    let least = bandwidth.map_or_else(String::new, |asked| format!(" (>= {})", number(asked)));
+    let damped = number(damping);
+    format!(
+        "  {:<22} bandwidth {}{least} rad/s{}\n{:<25}damping {} (>= {damped}){}; |z| <= {}\n",
+        survey.which.name(),
+        number(survey.bandwidth.value),
+        corner(survey.which, &survey.bandwidth),
+        "",
+        number(survey.damping.value),
+        corner(survey.which, &survey.damping),
+        number(survey.sampled_modulus)
+    )
+}
+
+fn corner(which: Which, met: &Met) -> String {
+    let at = met.corner;
+    match which {
+        Which::Lateral | Which::Attitude => {
+            format!(" at J {} taken for {}", number(at.inertia), number(at.inertia_estimate))
+        }
+        Which::Vertical => String::new(),
+        Which::VerticalAdaptive => format!(" at {} kg", number(at.mass)),
+    }
+}
+
+/// One of the bounds.
+type Pick = fn(&Bounds) -> Option<f64>;
+
+fn bounds(proposal: &Proposal, check: Option<&Check>) -> String {
+    let ultimate = &proposal.ultimate;
+    let mut text = format!("  {:<44} {:>10} {:>10} {:>10}\n", "", "rms", "peak", "observed");
+    let rows: [(&str, &str, Pick); 5] = [
+        ("position error [m]", "position error", |it| it.position),
+        ("attitude error, angle of q_e [rad]", "attitude error", |it| it.attitude),
+        ("tilt error [rad]", "tilt error", |it| it.tilt),
+        ("heading error [rad]", "heading error", |it| it.heading),
+        ("rate error w_e [rad/s]", "rate error", |it| it.rate_error),
+    ];
+    for (label, name, of) in rows {
+        let comparisons = check.map_or(&[][..], |check| &check.comparisons);
+        let seen = comparisons.iter().find(|it| it.name.starts_with(name));
+        let shown = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), number);
+        let observed = shown(seen.and_then(|it| it.observed));
+        let (mean, peak) = (shown(of(&ultimate.mean)), shown(of(&ultimate.peak)));
+        let _ = writeln!(text, "  {label:<44} {mean:>10} {peak:>10} {observed:>10}");
+    }
+    text
+}
+
+fn flown(check: &Check) -> String {
+    let Check { flights, held, reasons, .. } = check;
+    let mut text = format!("\n  {held} of {flights} check flights kept every guarantee\n");
+    for reason in reasons {
+        let _ = writeln!(text, "  FAIL {reason}");
+    }
+    text
+}
+
+/// The same as JSON.
+#[must_use]
+pub fn json(proposal: &Proposal, check: Option<&Check>, passed: bool) -> String {
+    let gains = toml_edit::de::from_str::<Value>(&controller(&proposal.law));
+    let value = json!({
+        "passed": passed,
+        "request": proposal.request,
+        "controller": gains.map(|it| it["controller"].clone()).unwrap_or_default(),
+        "conditions": conditions(proposal),
+        "loops": proposal.surveys.iter().map(of_loop).collect::<Vec<_>>(),
+        "ultimate": proposal.ultimate,
+        "check": check,
+    });
+    format!("{value:#}")
+}
+
+/// Every condition of the constructor, with its value once the margin is taken off.
+fn conditions(proposal: &Proposal) -> Vec<Value> {
+    let [pushed, slowed] = stressed(&proposal.law, proposal.request.wanted.margin);
+    let all = audit(&proposal.law).into_iter().zip(audit(&pushed)).zip(audit(&slowed));
+    all.map(|((it, pushed), slowed)| {
+        json!({
+            "parameter": it.parameter,
+            "value": it.value,
+            "bound": it.bound.to_string(),
+            "source": it.source,
+            "holds": it.holds(),
+            "holds_with_margin": pushed.holds() && slowed.holds(),
+        })
+    })
+    .collect()
+}
+
+fn of_loop(survey: &LoopSurvey) -> Value {
+    let list = |poles: &[Pole]| poles.iter().map(|pole| [pole.re, pole.im]).collect::<Vec<_>>();
+    let met = |met: &Met| {
+        let at = met.corner;
+        json!({
+            "value": met.value,
+            "mass": at.mass,
+            "inertia": at.inertia,
+            "inertia_estimate": at.inertia_estimate,
+            "translation_slope": at.translation_slope,
+            "rotation_slope": at.rotation_slope,
+        })
+    };
+    json!({
+        "loop": survey.which,
+        "poles": list(&survey.nominal),
+        "sampled_poles": list(&survey.nominal_sampled),
+        "bandwidth": met(&survey.bandwidth),
+        "damping": met(&survey.damping),
+        "sampled_modulus": survey.sampled_modulus,
+    })
+}

@@ -1,0 +1,305 @@
+//! What is asked: the vehicle as far as it is known, its limits, and the closed loop wanted. From a short
+//! vehicle file, or from a scenario, whose gains are then not looked at.
+
+use ctrl_core::vehicle::{GRAVITY, InitialEstimate, Interval, Uncertainty};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use crate::scenario::document::TomlText;
+use crate::scenario::{BuiltIn, ControllerConfig, LoadedScenario, Scenario, ScenarioError};
+
+/// Everything that gains are made from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Request {
+    /// What to call the scenario that is proposed.
+    pub name: String,
+    /// What is known of vehicle and disturbance.
+    pub known: Uncertainty,
+    /// Estimates at the first tick.
+    pub initial: InitialEstimate,
+    /// Part of `D2` that may last [N m]; the rest has no mean, as noise.
+    pub lasting_torque: f64,
+    /// `M_p` [m/s^2].
+    pub reference_acceleration_max: f32,
+    /// `dt` [s].
+    pub step_period: f32,
+    /// `M_f` [N] and `M_tau` [N m]: controller 2; none: controller 1.
+    pub limits: Option<Limits>,
+    /// The closed loop wanted.
+    pub wanted: Wanted,
+    /// What of it was said; the rest are defaults, which depend on the limits.
+    #[serde(skip)]
+    pub options: WantedOptions,
+}
+
+/// Limits of controller 2.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Limits {
+    /// `M_f` [N].
+    pub thrust_max: f32,
+    /// `M_tau` [N m].
+    pub torque_max: f32,
+}
+
+/// The closed loop wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Wanted {
+    /// Least modulus of the poles of position and height [rad/s].
+    pub position_bandwidth: f64,
+    /// Least modulus of the poles of the attitude about an axis [rad/s].
+    pub attitude_bandwidth: f64,
+    /// Least damping ratio of all of them.
+    pub damping: f64,
+    /// Share of the room of every inequality that stays free.
+    pub margin: f64,
+    /// Position error up to which the position loop stays about linear, `1/k1` at least [m].
+    pub position_range: f64,
+    /// Attitude error up to which the torque suffices for the attitude's bandwidth [rad]; controller 2.
+    pub attitude_range: f64,
+}
+
+/// `[wanted]` of a vehicle file, or the flags of the same names; what is absent has a default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WantedOptions {
+    /// See [`Wanted`]; 0.5 rad/s.
+    pub position_bandwidth: Option<f64>,
+    /// See [`Wanted`]; five times the position's.
+    pub attitude_bandwidth: Option<f64>,
+    /// See [`Wanted`]; 0.5.
+    pub damping: Option<f64>,
+    /// See [`Wanted`]; 0.1.
+    pub margin: Option<f64>,
+    /// See [`Wanted`]; 0.2 m.
+    pub position_range: Option<f64>,
+    /// See [`Wanted`]; 0.15 rad.
+    pub attitude_range: Option<f64>,
+}
+
+impl WantedOptions {
+    /// These where given, else `other`.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            position_bandwidth: self.position_bandwidth.or(other.position_bandwidth),
+            attitude_bandwidth: self.attitude_bandwidth.or(other.attitude_bandwidth),
+            damping: self.damping.or(other.damping),
+            margin: self.margin.or(other.margin),
+            position_range: self.position_range.or(other.position_range),
+            attitude_range: self.attitude_range.or(other.attitude_range),
+        }
+    }
+
+    /// With every default filled in; `agility` is the angular acceleration that a controller with
+    /// limited torque has to spare for its manoeuvres [rad/s^2].
+    #[must_use]
+    pub fn complete(self, agility: impl Fn(f64) -> f64) -> Wanted {
+        let position_bandwidth = self.position_bandwidth.unwrap_or(0.5);
+        let margin = self.margin.unwrap_or(0.1);
+        let attitude_range = self.attitude_range.unwrap_or(0.15);
+        let fastest = (agility(margin) / attitude_range).max(0.0).sqrt();
+        Wanted {
+            position_bandwidth,
+            attitude_bandwidth: self
+                .attitude_bandwidth
+                .unwrap_or((5.0 * position_bandwidth).min(0.75 * fastest)),
+            damping: self.damping.unwrap_or(0.5),
+            margin,
+            position_range: self.position_range.unwrap_or(0.2),
+            attitude_range,
+        }
+    }
+}
+
+/// A vehicle file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct VehicleFile {
+    #[serde(default = "tuned")]
+    name: String,
+    mass: Interval,
+    inertia: Interval,
+    disturbance_acceleration: f32,
+    disturbance_torque: f32,
+    lasting_torque: Option<f64>,
+    reference_acceleration_max: f32,
+    thrust_max: Option<f32>,
+    torque_max: Option<f32>,
+    step_period: f32,
+    #[serde(default)]
+    wanted: WantedOptions,
+}
+
+fn tuned() -> String {
+    "tuned".to_owned()
+}
+
+impl Request {
+    /// With the defaults of `wanted` for the limits as they are.
+    #[must_use]
+    pub fn completed(mut self) -> Self {
+        let torque = self.limits.map_or(f64::INFINITY, |limits| limits.torque_max.into());
+        let inertia = f64::from(self.known.inertia.upper);
+        let lasting = self.lasting_torque;
+        self.wanted = self.options.complete(|margin| ((1.0 - margin) * torque - lasting) / inertia);
+        self
+    }
+
+    /// From the built-in scenario, scenario file or vehicle file `name`; `flags` take precedence.
+    ///
+    /// # Errors
+    /// Names file, line and key of what cannot be read, is unknown or is out of its range.
+    pub fn open(name: &str, flags: WantedOptions) -> Result<Self, ScenarioError> {
+        if BuiltIn::named(name).is_none()
+            && let Ok(text) = std::fs::read_to_string(name)
+        {
+            return Self::parse(name, &text, flags);
+        }
+        // A file that cannot be read is refused there, with the names of the scenarios.
+        let loaded = LoadedScenario::open(name, &[])?;
+        Self::checked(from_scenario(loaded.scenario(), flags), name, loaded.text())
+    }
+
+    /// From the text of a scenario (it has a `[controller]`) or of a vehicle file.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn parse(name: &str, text: &str, flags: WantedOptions) -> Result<Self, ScenarioError> {
+        let document = TomlText::parse(name, text)?;
+        let request = if document.contains(&["controller".to_owned()]) {
+            from_scenario(LoadedScenario::parse(name, text, &[])?.scenario(), flags)
+        } else {
+            let file: VehicleFile = document.deserialize()?;
+            match from_vehicle(file, flags) {
+                Ok(request) => request,
+                Err((key, message)) => return Err(document.error(&[key.to_owned()], message)),
+            }
+        };
+        Self::checked(request, name, text)
+    }
+
+    fn checked(self, name: &str, text: &str) -> Result<Self, ScenarioError> {
+        match self.first_fault() {
+            None => Ok(self),
+            Some((path, message)) => {
+                let path: Vec<_> = path.split('.').map(str::to_owned).collect();
+                Err(TomlText::parse(name, text)?.error(&path, message))
+            }
+        }
+    }
+
+    /// Key and message of the first value outside its range. The core checks the rest of what its
+    /// constructors see.
+    fn first_fault(&self) -> Option<(&'static str, String)> {
+        let Self { known, wanted, .. } = self;
+        let g = f64::from(GRAVITY);
+        let d2 = f64::from(known.disturbance_torque);
+        let limits = self.limits.unwrap_or(Limits { thrust_max: 1.0, torque_max: 1.0 });
+        let [thrust_max, torque_max] = [limits.thrust_max, limits.torque_max].map(f64::from);
+        let at = |path, value: f64, lower: f64, upper: f64, unit| (path, value, lower, upper, unit);
+        [
+            at("mass.lower", known.mass.lower.into(), 1e-3, 1e4, "kg"),
+            at("mass.upper", known.mass.upper.into(), known.mass.lower.into(), 1e4, "kg"),
+            at("inertia.lower", known.inertia.lower.into(), 1e-8, 1e5, "kg m^2"),
+            at(
+                "inertia.upper",
+                known.inertia.upper.into(),
+                known.inertia.lower.into(),
+                1e5,
+                "kg m^2",
+            ),
+            at("disturbance_acceleration", known.disturbance_acceleration.into(), 0.0, g, "m/s^2"),
+            at("disturbance_torque", d2, 0.0, 1e6, "N m"),
+            at("lasting_torque", self.lasting_torque, 0.0, d2, "N m"),
+            at(
+                "reference_acceleration_max",
+                self.reference_acceleration_max.into(),
+                0.0,
+                g,
+                "m/s^2",
+            ),
+            at("step_period", self.step_period.into(), 1e-4, 0.1, "s"),
+            at("thrust_max", thrust_max, 1e-3, 1e6, "N"),
+            at("torque_max", torque_max, 1e-9, 1e6, "N m"),
+            at("wanted.position_bandwidth", wanted.position_bandwidth, 0.01, 100.0, "rad/s"),
+            at("wanted.damping", wanted.damping, 0.1, 0.95, "of critical damping"),
+            at("wanted.margin", wanted.margin, 0.0, 0.9, "of each inequality's room"),
+            at("wanted.position_range", wanted.position_range, 1e-3, 1e3, "m"),
+            at("wanted.attitude_range", wanted.attitude_range, 1e-3, 3.0, "rad"),
+            at("wanted.attitude_bandwidth", wanted.attitude_bandwidth, 0.0, 1000.0, "rad/s"),
+        ]
+        .into_iter()
+        .find(|&(_, value, lower, upper, _)| !(lower <= value && value <= upper))
+        .map(|(path, value, lower, upper, unit)| {
+            (path, format!("{value} must be in [{lower}, {upper}] {unit}"))
+        })
+    }
+}
+
+fn from_vehicle(
+    file: VehicleFile,
+    flags: WantedOptions,
+) -> Result<Request, (&'static str, String)> {
+    let limits = match (file.thrust_max, file.torque_max) {
+        (Some(thrust_max), Some(torque_max)) => Some(Limits { thrust_max, torque_max }),
+        (None, None) => None,
+        (Some(_), None) => return Err(("thrust_max", both("torque_max"))),
+        (None, Some(_)) => return Err(("torque_max", both("thrust_max"))),
+    };
+    let known = Uncertainty {
+        mass: file.mass,
+        inertia: file.inertia,
+        disturbance_acceleration: file.disturbance_acceleration,
+        disturbance_torque: file.disturbance_torque,
+    };
+    let middle = |interval: Interval| libm::sqrtf(interval.lower * interval.upper);
+    let options = flags.or(file.wanted);
+    let lasting_torque = file.lasting_torque.unwrap_or(file.disturbance_torque.into());
+    Ok(Request {
+        name: file.name,
+        known,
+        // In the middle by ratio: what counts is how many times too large or too small they are.
+        initial: InitialEstimate {
+            mass: middle(known.mass),
+            inertia: Vec3::splat(middle(known.inertia)),
+        },
+        lasting_torque,
+        reference_acceleration_max: file.reference_acceleration_max,
+        step_period: file.step_period,
+        limits,
+        wanted: options.complete(|_| 0.0),
+        options,
+    }
+    .completed())
+}
+
+fn both(missing: &str) -> String {
+    format!("needs {missing} beside it (controller 2); without both, controller 1 is tuned")
+}
+
+fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
+    let controller = &scenario.controller;
+    let known = *controller.uncertainty();
+    let mut lasting = scenario.disturbance;
+    lasting.noise = None;
+    let (reference_acceleration_max, limits) = match controller {
+        ControllerConfig::RobustAdaptive(config) => (config.reference_acceleration_max, None),
+        ControllerConfig::Saturated(config) => (
+            config.reference_acceleration_max,
+            Some(Limits { thrust_max: config.thrust_max, torque_max: config.torque_max }),
+        ),
+    };
+    let lasting_torque = lasting.bounds().1.min(known.disturbance_torque.into());
+    Request {
+        name: format!("{}-tuned", scenario.name),
+        known,
+        initial: *controller.initial(),
+        lasting_torque,
+        reference_acceleration_max,
+        step_period: controller.step_period(),
+        limits,
+        wanted: flags.complete(|_| 0.0),
+        options: flags,
+    }
+    .completed()
+}

@@ -1,0 +1,162 @@
+//! The room that thrust and torque leave to the gains, with the margin taken off.
+
+use ctrl_core::config::CascadeGains;
+use ctrl_core::vehicle::GRAVITY;
+
+use super::design::assembled;
+use super::digits::rounded_down;
+use super::infeasible::{Infeasible, Mend};
+use super::request::Request;
+use crate::report::number;
+
+const G: f64 = GRAVITY as f64;
+
+/// `M1` is at least so many times `D1`, so that a lasting push takes it only half to its limit.
+const PUSH: f64 = 2.0;
+
+/// What rounding to `f32` may take of the margin.
+const ROUNDING: f64 = 1e-6;
+
+/// `M1 + M2` [m/s^2]: as much as thrust and torque leave with margin.
+pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Infeasible> {
+    let free = (1.0 - request.wanted.margin) * (1.0 - ROUNDING);
+    let d1 = f64::from(request.known.disturbance_acceleration);
+    let needed = (2.0 * bandwidth.powi(2) * request.wanted.position_range).max(2.0 * PUSH * d1);
+    let why = "M1 + M2 >= 2 max(position_range bandwidth^2, 2 D1)";
+    let room = thrust_room(request);
+    let lift = free * room.lift;
+    if needed > lift {
+        let spared = number(needed / free - room.lift);
+        return Err(Infeasible {
+            inequality: format!("{why} within the lower thrust bound (19)"),
+            left: needed,
+            right: lift,
+            unit: "m/s^2",
+            remedies: vec![
+                format!(
+                    "reference_acceleration_max + disturbance_acceleration less by {spared} m/s^2"
+                ),
+                "a smaller wanted.position_bandwidth or wanted.position_range".to_owned(),
+            ],
+            mend: None,
+        });
+    }
+    let Some(limits) = request.limits else { return Ok(lift) };
+    let thrust = free * room.thrust;
+    if needed > thrust {
+        return Err(Infeasible {
+            inequality: format!("{why} within the upper thrust bound (54)"),
+            left: needed,
+            right: thrust,
+            unit: "m/s^2",
+            remedies: vec![lower_demand()],
+            mend: Some((Mend::ThrustMax, room.thrust_for(needed / free))),
+        });
+    }
+    let inertia = f64::from(request.known.inertia.upper);
+    let torque =
+        |sum: f64| request.lasting_torque + inertia * bandwidth * bandwidth * (sum + d1) / G;
+    let most = free * f64::from(limits.torque_max);
+    if torque(needed) > most {
+        return Err(Infeasible {
+            inequality: "lasting_torque + J_hi bandwidth^2 (M1 + M2 + D1)/g within torque_max"
+                .to_owned(),
+            left: torque(needed),
+            right: most,
+            unit: "N m",
+            remedies: vec![lower_demand()],
+            mend: Some((Mend::TorqueMax, torque(needed) / free)),
+        });
+    }
+    let steerable = (most - request.lasting_torque) * G / (inertia * bandwidth * bandwidth) - d1;
+    Ok(lift.min(thrust).min(steerable))
+}
+
+fn lower_demand() -> String {
+    "a smaller wanted.position_bandwidth, wanted.position_range or disturbance_acceleration"
+        .to_owned()
+}
+
+/// Room for `M1 + M2` [m/s^2].
+struct ThrustRoom {
+    /// Below (19).
+    lift: f64,
+    /// Below (54).
+    thrust: f64,
+    /// `(20)` without `M1 + M2`, and what each m/s^2 of it adds [N].
+    upper: (f64, f64),
+}
+
+impl ThrustRoom {
+    /// Thrust that `sum` needs (20) [N].
+    fn thrust_for(&self, sum: f64) -> f64 {
+        self.upper.0 + self.upper.1 * sum
+    }
+}
+
+/// Gains that ask for nothing.
+const IDLE: CascadeGains = CascadeGains {
+    k1: 0.0,
+    k2: 0.0,
+    k3: 0.0,
+    c: 0.0,
+    m1: 0.0,
+    m2: 0.0,
+    gamma1: 0.0,
+    delta_1: 0.0,
+    delta_min_translation: 1.0,
+    delta_min_rotation: 1.0,
+};
+
+/// From the bounds (19) and (20) as the monitors have them: both are linear in `M1 + M2`.
+fn thrust_room(request: &Request) -> ThrustRoom {
+    let with = |m1: f32| {
+        let mut law = assembled(request, IDLE, 1.0, 1.0, 1.0);
+        law.cascade_mut().m1 = m1;
+        law
+    };
+    let (none, one) = (with(0.0), with(1.0));
+    let (lower, upper) = (none.thrust_lower_bound(), none.thrust_upper_bound());
+    let slope = one.thrust_upper_bound() - upper;
+    let thrust_max = request.limits.map_or(f64::INFINITY, |limits| limits.thrust_max.into());
+    ThrustRoom {
+        lift: lower / (lower - one.thrust_lower_bound()),
+        thrust: (thrust_max - upper) / slope,
+        upper: (upper, slope),
+    }
+}
+
+/// `k5`, with which half the torque to spare can follow the auxiliary attitude back from half a turn:
+/// `J_hi pi (k5/2)^2` is the most that this takes. At most half the attitude's speed.
+pub(super) fn auxiliary_gain(request: &Request, attitude: f64) -> Result<f64, Infeasible> {
+    let Some(limits) = request.limits else { return Ok(0.0) };
+    let inertia = f64::from(request.known.inertia.upper);
+    let free = (1.0 - request.wanted.margin) * (1.0 - ROUNDING);
+    let most = free * f64::from(limits.torque_max);
+    let torque =
+        request.lasting_torque + inertia * attitude * attitude * request.wanted.attitude_range;
+    if torque > most {
+        let slower = ((most - request.lasting_torque) / (inertia * request.wanted.attitude_range))
+            .max(0.0)
+            .sqrt();
+        let mut remedies = Vec::new();
+        if slower > 0.0 {
+            remedies.push(format!("poles of the attitude at {} rad/s at most", number(slower)));
+        }
+        remedies.push("a smaller wanted.attitude_range or lasting_torque".to_owned());
+        return Err(Infeasible {
+            inequality: format!(
+                "lasting_torque + J_hi bandwidth^2 attitude_range within torque_max, \
+                 the attitude's poles at {} rad/s",
+                number(attitude)
+            ),
+            left: torque,
+            right: most,
+            unit: "N m",
+            remedies,
+            mend: Some((Mend::TorqueMax, torque / free)),
+        });
+    }
+    let followed = ((most - request.lasting_torque) / (inertia * core::f64::consts::TAU)).sqrt();
+    Ok(rounded_down((2.0 * followed).min(0.5 * attitude)))
+}

@@ -1,0 +1,414 @@
+//! `tune`: proposals keep every inequality with margin, reach what was wanted at every corner, and fly;
+//! what cannot be reached is refused with what would help.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use ctrl_core::robust_adaptive::RobustAdaptive;
+use ctrl_core::saturated::Saturated;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use sil_host::closed_loop::Observer;
+use sil_host::guarantee::lyapunov::Evaluator;
+use sil_host::guarantee::tracking::rotation_angle;
+use sil_host::guarantee::{Guarantees, Requirement};
+use sil_host::sample::Sample;
+use sil_host::scenario::{BUILT_IN, ControllerConfig, LoadedScenario};
+use sil_host::tune::check::check;
+use sil_host::tune::design::{accept, audit, with_margin};
+use sil_host::tune::proposal::Proposal;
+use sil_host::tune::request::{Request, WantedOptions};
+use sil_host::tune::survey::Which;
+
+/// A vehicle of 20 kg with a fourfold interval of inertia.
+const HEAVY: &str = "
+name = \"heavy\"
+mass = { lower = 15.0, upper = 20.0 }
+inertia = { lower = 0.6, upper = 2.2 }
+disturbance_acceleration = 0.5
+disturbance_torque = 0.5
+reference_acceleration_max = 1.0
+thrust_max = 450.0
+torque_max = 25.0
+step_period = 0.0025
+[wanted]
+position_bandwidth = 0.8
+damping = 0.6
+";
+
+fn request(text: &str) -> Request {
+    Request::parse("vehicle.toml", text, WantedOptions::default())
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn proposal(text: &str) -> Proposal {
+    Proposal::new(request(text)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// `HEAVY` with one line replaced.
+fn heavy_but(key: &str, value: &str) -> String {
+    let lines = HEAVY.lines().map(|line| {
+        if line.starts_with(key) { format!("{key} = {value}") } else { line.to_owned() }
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Everything that a proposal promises before it is flown.
+fn assert_as_wanted(proposal: &Proposal) {
+    let wanted = &proposal.request.wanted;
+    let name = &proposal.request.name;
+    accept(&proposal.law).unwrap_or_else(|error| panic!("{name}: {error}"));
+    with_margin(&proposal.law, wanted.margin).unwrap_or_else(|error| panic!("{name}: {error}"));
+    for survey in &proposal.surveys {
+        let (bandwidth, damping) = match survey.which {
+            Which::Lateral | Which::Vertical => (wanted.position_bandwidth, wanted.damping),
+            Which::VerticalAdaptive => (0.0, 0.5 * wanted.damping),
+            Which::Attitude => (wanted.attitude_bandwidth, wanted.damping),
+        };
+        assert!(survey.bandwidth.value >= bandwidth, "{name}: {:?}", survey);
+        assert!(survey.damping.value >= damping, "{name}: {:?}", survey);
+        assert!(survey.decay.value > 0.0 && survey.sampled_modulus < 1.0, "{name}: {survey:?}");
+    }
+    LoadedScenario::parse(name, &proposal.scenario(), &[]).unwrap_or_else(|e| panic!("{e}"));
+}
+
+#[test]
+fn the_first_condition_that_fails_is_the_constructors_error() {
+    let loaded = LoadedScenario::open("paper-saturated", &[]).expect("built in");
+    let ControllerConfig::Saturated(good) = loaded.scenario().controller else { panic!() };
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
+    let mut refused = 0;
+    for _ in 0..300 {
+        let mut config = good;
+        let factor = [0.0, -1.0, f32::NAN, 3.0, 30.0, 3e3][random.next_u64() as usize % 6];
+        let cascade = &mut config.cascade;
+        let fields = [
+            &mut config.step_period,
+            &mut config.k4,
+            &mut config.k5,
+            &mut config.gamma2,
+            &mut config.torque_max,
+            &mut config.uncertainty.mass.upper,
+            &mut config.uncertainty.inertia.lower,
+            &mut cascade.m1,
+            &mut cascade.k3,
+            &mut cascade.delta_min_rotation,
+        ];
+        let count = fields.len();
+        *fields.into_iter().nth(random.next_u64() as usize % count).expect("in range") *= factor;
+        let failing =
+            audit(&ControllerConfig::Saturated(config)).into_iter().find(|it| !it.holds());
+        match (Saturated::new(&config), failing) {
+            (Ok(_), None) => {}
+            (Err(error), Some(condition)) => {
+                refused += 1;
+                assert_eq!(error.parameter, condition.parameter);
+                assert_eq!(error.value.to_bits(), condition.value.to_bits());
+                assert_eq!((error.bound, error.source), (condition.bound, condition.source));
+            }
+            other => panic!("{other:?} for {config:?}"),
+        }
+    }
+    assert!(refused > 100, "{refused}");
+    let loaded = LoadedScenario::open("paper-robust-adaptive", &[]).expect("built in");
+    let ControllerConfig::RobustAdaptive(good) = loaded.scenario().controller else { panic!() };
+    let mut seen = 0;
+    RobustAdaptive::audit(&good, |condition| {
+        assert!(condition.holds(), "{condition:?}");
+        seen += 1;
+    });
+    assert!(seen > 20, "{seen}");
+}
+
+#[test]
+fn every_shipped_vehicle_gets_gains_as_wanted() {
+    for scenario in BUILT_IN {
+        let wanted = WantedOptions::default();
+        let request = Request::open(scenario.name, wanted).expect("built in");
+        let proposal = Proposal::new(request).unwrap_or_else(|e| panic!("{}: {e}", scenario.name));
+        assert_as_wanted(&proposal);
+    }
+}
+
+/// The scenarios' own gains are not looked at.
+#[test]
+fn gains_of_the_scenario_do_not_matter() {
+    let with = |changes: &[String]| {
+        let loaded = LoadedScenario::open("paper-saturated", changes).expect("it flies");
+        let wanted = WantedOptions::default();
+        let request = Request::parse("paper-saturated", loaded.text(), wanted).expect("read");
+        Proposal::new(request).expect("feasible").law
+    };
+    let changed = ["controller.saturated.k4=9".to_owned()];
+    assert_eq!(with(&[]), with(&changed));
+}
+
+fn assert_check_passes(proposal: &Proposal) {
+    let found = check(proposal).unwrap_or_else(|error| panic!("{error}"));
+    assert!(found.passed(), "{}: {found:#?}", proposal.request.name);
+    assert_eq!(found.flights, 40);
+    for comparison in &found.comparisons {
+        let observed = comparison.observed.expect("flown");
+        assert!(observed <= comparison.predicted, "{comparison:?}");
+        // A bound that is never approached would be no prediction.
+        assert!(observed > 0.05 * comparison.predicted, "{comparison:?}");
+    }
+}
+
+#[test]
+fn the_papers_vehicle_flies_with_limits() {
+    let request = Request::open("paper-saturated", WantedOptions::default()).expect("built in");
+    assert_check_passes(&Proposal::new(request).expect("feasible"));
+}
+
+#[test]
+fn the_papers_vehicle_flies_without_limits() {
+    let wanted = WantedOptions { position_bandwidth: Some(1.0), ..WantedOptions::default() };
+    let request = Request::open("paper-robust-adaptive", wanted).expect("built in");
+    assert_check_passes(&Proposal::new(request).expect("feasible"));
+}
+
+#[test]
+fn a_heavy_vehicle_flies() {
+    let proposal = proposal(HEAVY);
+    assert_as_wanted(&proposal);
+    assert_check_passes(&proposal);
+}
+
+/// Ultimate errors of a flight.
+#[derive(Default)]
+struct Errors {
+    from: f64,
+    ticks: f64,
+    peak: [f64; 3],
+    squares: [f64; 3],
+}
+
+impl Observer for Errors {
+    fn observe(&mut self, sample: &Sample) {
+        if sample.time < self.from {
+            return;
+        }
+        let seen = &sample.intermediates;
+        let position =
+            sample.truth.position_world.distance(sample.reference.position_world.as_dvec3());
+        let errors = [
+            position,
+            rotation_angle(seen.attitude_error.as_dquat()),
+            f64::from(seen.rate_error.length()),
+        ];
+        self.ticks += 1.0;
+        for (i, error) in errors.into_iter().enumerate() {
+            self.peak[i] = self.peak[i].max(error);
+            self.squares[i] += error * error;
+        }
+    }
+}
+
+/// Predicted bounds against flights under the worst that may last and under noise.
+#[test]
+fn predicted_bounds_hold_what_is_observed() {
+    for name in ["paper-saturated", "hover-gusts"] {
+        let wanted = WantedOptions { position_bandwidth: Some(0.7), ..WantedOptions::default() };
+        let proposal =
+            Proposal::new(Request::open(name, wanted).expect("built in")).expect("feasible");
+        let campaign = sil_host::tune::check::campaign(&proposal).expect("read");
+        for variant in campaign.variants() {
+            let loaded = campaign.scenario(5, variant).expect("flies");
+            let mut errors = Errors { from: proposal.settle_time, ..Errors::default() };
+            loaded.flight().expect("flies").advance(loaded.scenario().ticks(), &mut errors);
+            let (mean, peak) = (proposal.ultimate.mean, proposal.ultimate.peak);
+            let peaks = [peak.position, peak.attitude, peak.rate_error];
+            let means = [mean.position, mean.attitude, mean.rate_error];
+            for i in 0..3 {
+                let rms = (errors.squares[i] / errors.ticks).sqrt();
+                let what = format!("{name}, {}, error {i}", variant.name);
+                assert!(
+                    errors.peak[i] <= peaks[i].expect("predicted"),
+                    "{what}: {}",
+                    errors.peak[i]
+                );
+                assert!(means[i].is_none_or(|mean| rms <= mean), "{what}: rms {rms}");
+            }
+        }
+    }
+}
+
+/// A vehicle drawn at random: 0.1 to 20 kg, arms in proportion, thrust for 1.6 to 3 times its weight.
+fn random_vehicle(random: &mut Xoshiro256PlusPlus, index: usize) -> String {
+    let mut between = |lower: f64, upper: f64| {
+        lower + (upper - lower) * (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mass = 0.1 * 200f64.powf(between(0.0, 1.0));
+    let arm = 0.2 * mass.cbrt() * between(0.7, 1.4);
+    let inertia = 0.3 * mass * arm * arm;
+    let (lighter, thinner) = (between(0.7, 0.95), between(0.35, 0.8));
+    let thrust = mass * 9.81 * between(1.6, 3.0);
+    let torque = 0.2 * thrust * arm;
+    let limits = format!("thrust_max = {thrust}\ntorque_max = {torque}");
+    format!(
+        "name = \"random-{index}\"
+mass = {{ lower = {}, upper = {mass} }}
+inertia = {{ lower = {}, upper = {inertia} }}
+disturbance_acceleration = {}
+disturbance_torque = {}
+reference_acceleration_max = {}
+step_period = {}
+{}
+[wanted]
+position_bandwidth = {}
+",
+        lighter * mass,
+        thinner * inertia,
+        between(0.0, 0.3),
+        between(0.0, 0.1) * torque,
+        between(0.0, 0.5),
+        between(0.0005, 0.002),
+        if index.is_multiple_of(3) { "" } else { &limits },
+        between(0.4, 1.2),
+    )
+}
+
+/// Flies a second and more of hover with noise; every guarantee but those on settled errors must hold.
+fn assert_short_hover(proposal: &Proposal) {
+    let duration = 3.0 / proposal.request.wanted.position_bandwidth;
+    let changes = [format!("duration={duration}")];
+    let loaded = LoadedScenario::parse("hover", &proposal.scenario(), &changes).expect("flies");
+    let scenario = loaded.scenario();
+    let parameters = scenario.vehicle.into();
+    let mut evaluator = Evaluator::new(&scenario.controller, &parameters);
+    let mut monitors = Guarantees::new(
+        &scenario.guarantees,
+        &scenario.controller,
+        &parameters,
+        &scenario.actuation,
+    );
+    let mut farthest = 0.0_f64;
+    let mut watch = Watch(|sample: &Sample| {
+        let evaluation = evaluator.evaluate(sample);
+        farthest = farthest.max(evaluation.position_error.length());
+        monitors.observe(sample, &evaluation);
+    });
+    loaded.flight().expect("flies").advance(scenario.ticks(), &mut watch);
+    for verdict in monitors.verdicts() {
+        let settled = verdict.name.ends_with("after settling");
+        let information = verdict.requirement == Requirement::Information;
+        assert!(settled || information || verdict.pass, "{}: {verdict:?}", proposal.request.name);
+    }
+    assert!(farthest.is_finite() && farthest < 20.0, "{}: {farthest}", proposal.request.name);
+}
+
+struct Watch<F>(F);
+
+impl<F: FnMut(&Sample)> Observer for Watch<F> {
+    fn observe(&mut self, sample: &Sample) {
+        (self.0)(sample);
+    }
+}
+
+#[test]
+fn random_vehicles_get_gains_that_fly_or_a_reason() {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(2024);
+    let mut feasible = 0;
+    for index in 0..60 {
+        let text = random_vehicle(&mut random, index);
+        match Proposal::new(request(&text)) {
+            Ok(proposal) => {
+                feasible += 1;
+                assert_as_wanted(&proposal);
+                assert_short_hover(&proposal);
+            }
+            Err(error) => {
+                assert!(error.left > error.right, "{text}{error}");
+                assert!(!error.remedies.is_empty(), "{text}{error}");
+            }
+        }
+    }
+    assert!(feasible >= 40, "{feasible} of 60");
+}
+
+/// What the error says after `key >= ` or `key <= `.
+fn remedy(error: &str, key: &str) -> String {
+    let (_, after) = error.split_once(key).unwrap_or_else(|| panic!("{key} in: {error}"));
+    after.split_whitespace().next().expect("a number").to_owned()
+}
+
+#[test]
+fn what_is_infeasible_says_what_would_help() {
+    for (key, value, relation, inequality) in [
+        ("thrust_max", "240.0", "thrust_max >= ", "upper thrust bound (54)"),
+        ("torque_max", "0.9", "torque_max >= ", "within torque_max"),
+        ("step_period", "0.09", "step_period <= ", "stability of the fixed step"),
+    ] {
+        let text = heavy_but(key, value);
+        let error = Proposal::new(request(&text)).expect_err("infeasible");
+        let message = error.to_string();
+        assert!(message.contains(inequality) && error.left > error.right, "{message}");
+        let mended = heavy_but(key, &remedy(&message, relation));
+        match Proposal::new(request(&mended)) {
+            Ok(proposal) => assert_as_wanted(&proposal),
+            // Another limit may come next, but not the same again.
+            Err(next) => assert!(!next.to_string().contains(inequality), "{message}\n{next}"),
+        }
+    }
+}
+
+#[test]
+fn values_out_of_range_name_line_key_and_bound() {
+    let refused = |text: &str| {
+        Request::parse("vehicle.toml", text, WantedOptions::default()).expect_err("bad").to_string()
+    };
+    assert_eq!(
+        refused(&heavy_but("step_period", "0.5")),
+        "vehicle.toml:10: step_period: 0.5 must be in [0.0001, 0.1] s"
+    );
+    let message = refused(&heavy_but("damping", "1.5"));
+    assert!(
+        message.starts_with("vehicle.toml:13: wanted.damping: 1.5 must be in [0.1, "),
+        "{message}"
+    );
+    let message = refused(&HEAVY.replace("torque_max = 25.0\n", ""));
+    assert!(message.contains("vehicle.toml:8: thrust_max: needs torque_max"), "{message}");
+    let message = refused(&HEAVY.replace("torque_max", "torqe_max"));
+    assert!(message.contains("did you mean `torque_max`"), "{message}");
+}
+
+fn sil_host(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_sil-host")).args(arguments).output().expect("it starts")
+}
+
+#[test]
+fn the_command_line_proposes_writes_and_refuses() {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let (vehicle, written) = (directory.join("heavy.toml"), directory.join("heavy-tuned.toml"));
+    std::fs::write(&vehicle, HEAVY).expect("written");
+    let (vehicle, written) = (vehicle.to_str().expect("UTF-8"), written.to_str().expect("UTF-8"));
+    let output = sil_host(&["tune", vehicle, "--no-check", "--json", "--write", written]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(value["passed"], true);
+    let conditions = value["conditions"].as_array().expect("an array");
+    assert!(conditions.iter().all(|it| it["holds"] == true && it["holds_with_margin"] == true));
+    assert!(conditions.len() > 30 && value["loops"].as_array().is_some_and(|it| it.len() == 4));
+    assert!(value["controller"]["saturated"]["k4"].is_number(), "{value}");
+
+    let out = directory.join("heavy-out");
+    let out = out.to_str().expect("UTF-8");
+    let output = sil_host(&["run", written, "--out", out, "--quiet"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+
+    let output = sil_host(&["tune", vehicle, "--no-check", "--quiet"]);
+    assert!(output.status.success() && output.stdout.is_empty() && output.stderr.is_empty());
+    let output = sil_host(&["tune", vehicle, "--no-check"]);
+    let table = String::from_utf8(output.stdout).expect("UTF-8");
+    for piece in ["[controller.saturated.cascade]", "(>= 0.8) rad/s", "margin", "peak", "|z|"] {
+        assert!(table.contains(piece), "{piece} in {table}");
+    }
+    let output = sil_host(&["tune", vehicle, "--position-bandwidth", "30"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no gains meet the request"));
+    let output = sil_host(&["tune", "no-such-vehicle"]);
+    assert_eq!(output.status.code(), Some(2));
+    let output = sil_host(&["tune", vehicle, "--no-check", "--write", "/no/such/place.toml"]);
+    assert_eq!(output.status.code(), Some(3));
+}

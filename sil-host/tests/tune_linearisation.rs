@@ -1,0 +1,264 @@
+//! The linearisation at hover against the closed loop itself: the core's law on the RK4 plant, from the
+//! plant's truth.
+
+use ctrl_core::config::Checkpoint;
+use ctrl_core::controller::{Auxiliary, TrackingController};
+use ctrl_core::reference::Reference;
+use ctrl_core::robust_adaptive::RobustAdaptive;
+use ctrl_core::saturated::Saturated;
+use glam::{DMat4, DQuat, DVec3, DVec4, Vec3};
+use sil_host::plant::rigid_body::RigidBody;
+use sil_host::plant::{Disturbance, PlantParameters, PlantState};
+use sil_host::scenario::{ControllerConfig, LoadedScenario};
+use sil_host::tune::hover::{Corner, Hover, Loop};
+use sil_host::tune::request::{Request, WantedOptions};
+use sil_host::tune::{design::design, pole::Pole};
+
+/// What moves at hover.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Axis {
+    /// Along x, tilting about y.
+    Lateral,
+    /// Along z, while the mass adapts.
+    Vertical,
+    /// About z.
+    Heading,
+}
+
+/// The true loop at hover, long after the first step, with estimates as at `corner`.
+fn fly(
+    law: &ControllerConfig,
+    corner: &Corner,
+    axis: Axis,
+    start: DVec4,
+    ticks: u32,
+) -> Vec<DVec4> {
+    let inverse_mass =
+        ((1.0 + if axis == Axis::Vertical { start.z } else { 0.0 }) / corner.mass) as f32;
+    let checkpoint = Checkpoint {
+        elapsed: 1e5,
+        inverse_mass,
+        inertia: Vec3::splat(corner.inertia_estimate as f32),
+        inverse_inertia: Vec3::splat((1.0 / corner.inertia_estimate) as f32),
+        gyroscopic_ratio: Vec3::ZERO,
+        auxiliary: Auxiliary::REST,
+    };
+    match law {
+        ControllerConfig::RobustAdaptive(config) => {
+            let controller = RobustAdaptive::new(config).expect("accepted");
+            let state = controller.resume(&checkpoint).expect("inside its sets");
+            flown(&controller, state, corner, axis, start, ticks)
+        }
+        ControllerConfig::Saturated(config) => {
+            let controller = Saturated::new(config).expect("accepted");
+            let state = controller.resume(&checkpoint).expect("inside its sets");
+            flown(&controller, state, corner, axis, start, ticks)
+        }
+    }
+}
+
+fn flown<C: TrackingController>(
+    controller: &C,
+    mut memory: C::State,
+    corner: &Corner,
+    axis: Axis,
+    start: DVec4,
+    ticks: u32,
+) -> Vec<DVec4> {
+    let parameters = PlantParameters { mass: corner.mass, inertia: DVec3::splat(corner.inertia) };
+    let body = RigidBody::new(&parameters, controller.step_period().into(), 1);
+    let reference = Reference::hover(Vec3::ZERO);
+    let mut truth = placed(axis, start);
+    let mut seen = Vec::new();
+    for _ in 0..ticks {
+        let bias = f64::from(controller.estimates(&memory).inverse_mass) * corner.mass - 1.0;
+        seen.push(state_of(axis, &truth, bias));
+        let output = controller.step(&mut memory, &truth.measured(), &reference);
+        truth = body.advance(&truth, &output.wrench, &Disturbance::default());
+    }
+    seen
+}
+
+fn placed(axis: Axis, x: DVec4) -> PlantState {
+    let mut state = PlantState {
+        position_world: DVec3::ZERO,
+        velocity_world: DVec3::ZERO,
+        attitude: DQuat::IDENTITY,
+        rate_body: DVec3::ZERO,
+    };
+    match axis {
+        Axis::Lateral => {
+            (state.position_world.x, state.velocity_world.x) = (x.x, x.y);
+            (state.attitude, state.rate_body.y) = (DQuat::from_rotation_y(x.z), x.w);
+        }
+        Axis::Vertical => (state.position_world.z, state.velocity_world.z) = (x.x, x.y),
+        Axis::Heading => {
+            (state.attitude, state.rate_body.z) = (DQuat::from_rotation_z(x.x), x.y);
+        }
+    }
+    state
+}
+
+fn state_of(axis: Axis, truth: &PlantState, bias: f64) -> DVec4 {
+    let (q, w) = (truth.attitude, truth.rate_body);
+    match axis {
+        Axis::Lateral => {
+            DVec4::new(truth.position_world.x, truth.velocity_world.x, 2.0 * q.y.atan2(q.w), w.y)
+        }
+        Axis::Vertical => DVec4::new(truth.position_world.z, truth.velocity_world.z, bias, 0.0),
+        Axis::Heading => DVec4::new(2.0 * q.z.atan2(q.w), w.z, 0.0, 0.0),
+    }
+}
+
+fn linear(hover: &Hover, corner: &Corner, axis: Axis) -> Loop {
+    match axis {
+        Axis::Lateral => hover.lateral(corner),
+        Axis::Vertical => hover.vertical(corner, true),
+        Axis::Heading => hover.heading(corner),
+    }
+}
+
+/// Gains of both controllers, designed for the paper's vehicle and as shipped.
+fn laws() -> Vec<ControllerConfig> {
+    let names = ["paper-robust-adaptive", "paper-saturated"];
+    let shipped =
+        names.map(|name| LoadedScenario::open(name, &[]).expect("built in").scenario().controller);
+    let tuned = names.map(|name| {
+        let request = Request::open(name, WantedOptions::default()).expect("built in");
+        design(&request).expect("feasible")
+    });
+    [shipped, tuned].concat()
+}
+
+/// Inertia and estimate at the nominal point and at opposite corners; signals are small.
+fn corners() -> [Corner; 3] {
+    [(0.06, 0.06), (0.0301, 0.1199), (0.1199, 0.0301)].map(|(inertia, inertia_estimate)| Corner {
+        mass: 0.85,
+        inertia,
+        inertia_estimate,
+        translation_slope: 1.0,
+        rotation_slope: 1.0,
+    })
+}
+
+/// Steps of each state that stay within a hundredth of the smooth signs' widths.
+fn small(law: &ControllerConfig, of: &Loop, axis: Axis) -> [f64; 4] {
+    let cascade = law.cascade();
+    let (translation, rotation) =
+        (f64::from(cascade.delta_min_translation), f64::from(cascade.delta_min_rotation));
+    core::array::from_fn(|i| {
+        let unit = DVec4::AXES[i];
+        let share = (of.outputs.g.dot(unit) / translation).abs();
+        let share = share + (of.outputs.rate_error.dot(unit) / rotation).abs();
+        let limit = if axis == Axis::Lateral { 0.02 } else { 0.05 };
+        if share > 0.0 { (0.01 / share).min(limit) } else { 1e-3 }
+    })
+}
+
+/// `(x[1] - x[0])/dt` by central differences, column by column, against the sampled matrix.
+#[test]
+fn one_tick_of_the_true_loop_is_the_sampled_matrix() {
+    for law in laws() {
+        let hover = Hover::new(&law);
+        for corner in corners() {
+            for axis in [Axis::Lateral, Axis::Vertical, Axis::Heading] {
+                let of = linear(&hover, &corner, axis);
+                let steps = small(&law, &of, axis);
+                for (column, step) in steps.into_iter().enumerate().take(of.order) {
+                    let mut found = DVec4::ZERO;
+                    for sign in [1.0, -1.0] {
+                        let start = sign * step * DVec4::AXES[column];
+                        let x = fly(&law, &corner, axis, start, 2);
+                        found += sign * (x[1] - x[0]) / (2.0 * hover.dt * step);
+                    }
+                    assert_column(&of.sampled, column, found, (axis, corner, &law));
+                }
+            }
+        }
+    }
+}
+
+/// To half a percent, which is what rounding to `f32` and the curvature over the steps leave.
+fn assert_column(
+    sampled: &DMat4,
+    column: usize,
+    found: DVec4,
+    (axis, corner, law): (Axis, Corner, &ControllerConfig),
+) {
+    // The mass estimate grows by less than one `f32` unit a tick; the step responses show it.
+    let rows = if axis == Axis::Vertical { 0..2 } else { 0..4 };
+    for row in rows {
+        let expected = sampled.col(column)[row];
+        let error = (found[row] - expected).abs();
+        let tolerance = 5e-3 * expected.abs() + 2e-3;
+        assert!(
+            error <= tolerance,
+            "{} {axis:?} {corner:?}: row {row}, column {column}: {} is not {expected}",
+            law.kind(),
+            found[row]
+        );
+    }
+}
+
+/// The response to a small step, all along: within 2 % of the step of what the matrix says.
+#[test]
+fn step_responses_follow_the_sampled_matrix() {
+    for law in laws() {
+        let hover = Hover::new(&law);
+        for corner in corners() {
+            for axis in [Axis::Lateral, Axis::Vertical, Axis::Heading] {
+                let of = linear(&hover, &corner, axis);
+                let step = small(&law, &of, axis)[0];
+                let start = step * DVec4::X;
+                let ticks = 12_000;
+                let flown = fly(&law, &corner, axis, start, ticks);
+                let advance = DMat4::IDENTITY + hover.dt * of.sampled;
+                let mut x = start;
+                for (tick, seen) in flown.iter().enumerate() {
+                    let error = (seen.x - x.x).abs();
+                    assert!(
+                        error <= 0.02 * step,
+                        "{} {axis:?} {corner:?} tick {tick}: {} is not {}",
+                        law.kind(),
+                        seen.x,
+                        x.x
+                    );
+                    x = advance * x;
+                }
+            }
+        }
+    }
+}
+
+/// Once the fast modes are gone, the position moves as the slowest pair of poles says: for the step
+/// `T`, `e(t + 2T) - 2 r cos(wT) e(t + T) + r^2 e(t) = 0`.
+#[test]
+fn dominant_poles_are_seen_in_the_flight() {
+    for law in laws() {
+        let hover = Hover::new(&law);
+        let corner = corners()[0];
+        let of = hover.lateral(&corner);
+        let poles = of.sampled_poles();
+        let [first, second, third] = [poles[0], poles[1], poles[2]];
+        let step = small(&law, &of, Axis::Lateral)[0];
+        let period = 0.6 / second.modulus();
+        let span = (period / hover.dt).round() as usize;
+        // Five time constants of the third pole leave less than a percent of it.
+        let begin = (5.0 / -third.re / hover.dt) as usize;
+        let flown = fly(&law, &corner, Axis::Lateral, step * DVec4::X, (begin + 3 * span) as u32);
+        let (sum, product) = pair(first, second, span as f64 * hover.dt);
+        let e = |tick: usize| flown[tick].x;
+        let scale = e(begin).abs().max(e(begin + span).abs());
+        assert!(scale > 1e-4 * step, "nothing left to see");
+        for tick in begin..begin + span {
+            let left = e(tick + 2 * span) - sum * e(tick + span) + product * e(tick);
+            assert!(left.abs() < 0.03 * scale, "{}: {left:e} of {scale:e}", law.kind());
+        }
+    }
+}
+
+/// Sum and product of `exp(s T)` of two poles, a pair or both real.
+fn pair(a: Pole, b: Pole, t: f64) -> (f64, f64) {
+    let (za, zb) = ((a.re * t).exp(), (b.re * t).exp());
+    (za * (a.im * t).cos() + zb * (b.im * t).cos(), za * zb * ((a.im + b.im) * t).cos())
+}
