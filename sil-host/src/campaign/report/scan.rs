@@ -157,3 +157,77 @@ impl Scan {
         shown.into_values().collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::report::flights;
+    use crate::campaign::{MEASURES, Observed};
+    use std::path::Path;
+
+    const RUNS: u32 = 200;
+
+    fn campaign() -> Campaign {
+        let text = format!(
+            "name = \"t\"\ndescription = \"\"\nsampling = \"monte_carlo\"\nruns = {RUNS}\n\
+             scenario = \"tilt-recovery\"\n\
+             [[vary]]\npath = \"vehicle.mass\"\nuniform = {{ lower = 0.7, upper = 1.0 }}\n"
+        );
+        Campaign::parse("t", &text, Path::new(""), &[], &[]).expect("a campaign")
+    }
+
+    /// Every tenth run is refused, every tenth violates what the flight promises first; half are
+    /// outside the assumptions.
+    fn row(campaign: &Campaign, index: u32) -> Row {
+        let (outcome, margin) = match index % 10 {
+            0 => (Outcome::Refused, 0.0),
+            1 => (Outcome::Violated, -f64::from(index)),
+            _ => (Outcome::Held, f64::from(index)),
+        };
+        let seen = Observed { observed: Some(margin), margin: Some(margin) };
+        Row {
+            seed: campaign.seed(index),
+            variant: 0,
+            parameters: campaign.values(index),
+            outcome,
+            reason: format!("reason {}", index % 20),
+            assumptions_kept: index.is_multiple_of(2),
+            measures: vec![Some(f64::from(index)); MEASURES.len()],
+            guarantees: vec![seen; campaign.guarantees().len()],
+        }
+    }
+
+    fn scan(campaign: &Campaign) -> Scan {
+        let quantities = Quantity::all(campaign);
+        let mut scan = Scan::new(campaign, &quantities);
+        (0..RUNS).for_each(|index| scan.push(&row(campaign, index), &quantities));
+        scan
+    }
+
+    #[test]
+    fn outcomes_are_counted_and_refused_runs_are_not_judged() {
+        let campaign = campaign();
+        let scan = scan(&campaign);
+        let counts = &scan.variants[0];
+        assert_eq!((counts.held, counts.violated, counts.refused), (160, 20, 20));
+        assert_eq!((counts.outside, counts.outside_violated), (100, 20));
+        let refusals: Vec<_> = counts.refusals.iter().collect();
+        let (zero, ten) = ("reason 0".to_owned(), "reason 10".to_owned());
+        assert_eq!(refusals, [(&zero, &(10, campaign.seed(0))), (&ten, &(10, campaign.seed(10)))]);
+        for tally in counts.tallies.iter().flatten().filter(|tally| tally.is_bound()) {
+            assert_eq!((tally.runs, tally.violated), (180, 20));
+            assert_eq!(tally.tightest.runs()[0].seed, campaign.seed(191));
+        }
+        assert_eq!((scan.violated(), scan.violations.len()), (20, 20));
+        assert_eq!(scan.shown().len(), 180, "drawn and violated rows, each once");
+    }
+
+    #[test]
+    fn few_runs_are_replayed_each_once_the_worst_first() {
+        let campaign = campaign();
+        let chosen = flights::choose(&campaign, &scan(&campaign));
+        let seeds: Vec<_> = chosen.iter().map(|choice| campaign.index(choice.seed)).collect();
+        assert_eq!(seeds, [Some(191), Some(101), Some(1)], "worst, typical, best");
+        assert!(chosen[0].reasons.len() > 10, "every guarantee has the same worst run");
+    }
+}
