@@ -56,7 +56,7 @@ fn row(guarantee: &Guarantee, tally: &Tally) -> String {
          <td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td><td class=\"n\">{}</td>\
          <td class=\"n\">{}</td><td>{}</td><td class=\"n\">{}</td></tr>\n",
         escape(guarantee.name),
-        escape(guarantee.equation),
+        escape(&guarantee.equation),
         tally.runs - tally.violated,
         tally.violated,
         probability(tally.probability(), tally.violated),

@@ -106,8 +106,7 @@ fn requirements(campaign: &Campaign, variant: usize) -> BTreeMap<&'static str, R
         return BTreeMap::new();
     };
     let scenario = loaded.scenario();
-    let parameters = scenario.vehicle.into();
-    let monitors = Guarantees::new(&scenario.guarantees, &scenario.controller, &parameters);
+    let monitors = Guarantees::of(scenario);
     monitors.verdicts().iter().map(|verdict| (verdict.name, verdict.requirement)).collect()
 }
 
