@@ -8,6 +8,7 @@
 //! What counts cannot show is looked for in the code: a square root in the legacy encoding amid AVX code
 //! takes some 140 cycles instead of 20. A watched flight once spent more than half its time there.
 
+use std::io;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
@@ -17,8 +18,8 @@ use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::Trajectory;
 use sil_host::closed_loop::{Observer, Unobserved};
 use sil_host::guarantee::Guarantees;
-use sil_host::guarantee::lyapunov::Evaluator;
-use sil_host::run::Watch;
+use sil_host::guarantee::lyapunov::{Evaluation, Evaluator};
+use sil_host::results::Results;
 use sil_host::sample::Sample;
 use sil_host::scenario::{ControllerConfig, LoadedScenario};
 use toml_edit::Document;
@@ -103,8 +104,7 @@ fn do_work(work: &str, name: &str, steps: u64) {
         ("monitored", _) => fly(&scenario, steps, &mut Monitors::new(&scenario)),
         ("watched", _) => {
             let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("instructions").join(name);
-            let watch = Watch::new(scenario.scenario(), &directory, 1);
-            fly(&scenario, steps, &mut watch.expect("results can be written"));
+            fly_watched(&scenario, steps, &directory).expect("results can be written");
         }
         ("step", ControllerConfig::RobustAdaptive(config)) => {
             step(&RobustAdaptive::new(config).expect("valid"), &scenario, steps);
@@ -120,6 +120,29 @@ fn fly(scenario: &LoadedScenario, ticks: u64, observer: &mut impl Observer) {
     let mut flight = scenario.flight().expect("valid");
     flight.advance(ticks, observer);
     std::hint::black_box(flight.truth());
+}
+
+/// As `run`, up to figures and page. The trace is waited for: its thread counts, too.
+fn fly_watched(scenario: &LoadedScenario, ticks: u64, directory: &Path) -> io::Result<()> {
+    let results = Results::create(directory, scenario.scenario(), 1)?;
+    let mut watched = Watched { monitors: Monitors::new(scenario), results };
+    fly(scenario, ticks, &mut watched);
+    let rows = watched.results.finish_trace()?;
+    assert_eq!(rows, ticks);
+    Ok(())
+}
+
+/// The monitors, trace and figures.
+struct Watched {
+    monitors: Monitors,
+    results: Results,
+}
+
+impl Observer for Watched {
+    fn observe(&mut self, sample: &Sample) {
+        let evaluation = self.monitors.evaluate(sample);
+        self.results.observe(sample, &evaluation);
+    }
 }
 
 /// The monitors without trace and figures.
@@ -138,12 +161,17 @@ impl Monitors {
             guarantees: Guarantees::of(&scenario),
         }
     }
+
+    fn evaluate(&mut self, sample: &Sample) -> Evaluation {
+        let evaluation = self.evaluator.evaluate(sample);
+        self.guarantees.observe(sample, &evaluation);
+        evaluation
+    }
 }
 
 impl Observer for Monitors {
     fn observe(&mut self, sample: &Sample) {
-        let evaluation = self.evaluator.evaluate(sample);
-        self.guarantees.observe(sample, &evaluation);
+        self.evaluate(sample);
     }
 }
 

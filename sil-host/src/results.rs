@@ -47,6 +47,14 @@ impl Results {
         self.frames.observe(sample);
     }
 
+    /// Completes the trace alone, without figures and page; returns its number of rows.
+    ///
+    /// # Errors
+    /// The first that writing it met.
+    pub fn finish_trace(self) -> io::Result<u64> {
+        self.trace.finish().map(|(_, rows)| rows)
+    }
+
     /// Completes the trace and writes the figures and the page.
     ///
     /// # Errors
