@@ -149,6 +149,8 @@ pub struct Conditions {
     pub overrun: bool,
     /// A fault is present: a driver failed, or a crash has not been acknowledged.
     pub fault: bool,
+    /// The rotor outputs are off whatever the mode: the arming tilt does not matter.
+    pub outputs_off: bool,
 }
 
 /// Memory of the supervision; starts disarmed.
@@ -201,7 +203,9 @@ impl SupervisorState {
         self.overruns = in_a_row(self.overruns, conditions.overrun);
         self.fault = conditions.fault;
         if let Some(attitude) = conditions.attitude {
-            self.level = cos_tilt(attitude) >= cos_tilt_max;
+            let cos_tilt = cos_tilt(attitude);
+            let is_rotation = !cos_tilt.is_nan();
+            self.level = cos_tilt >= cos_tilt_max || conditions.outputs_off && is_rotation;
         }
     }
 }

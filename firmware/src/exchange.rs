@@ -28,15 +28,22 @@ pub struct Inbox {
 impl Inbox {
     /// The inputs of one tick. Sample, command and law are taken: when state input is late, the
     /// next tick misses its sample.
-    pub fn take(&mut self, overrun: bool) -> (Inputs, Option<Law>) {
+    pub fn take(&mut self, overrun: bool, outputs_off: bool) -> (Inputs, Option<Law>) {
         let inputs = Inputs {
             vehicle: self.vehicle.take(),
             reference: self.reference,
             command: self.command.take(),
             overrun,
             fault: self.fault,
+            outputs_off,
         };
         (inputs, self.law.take())
+    }
+
+    /// Makes a command that waits one to disarm: lock step has ended, and with it what was meant for
+    /// rotors that are off.
+    pub fn disarm(&mut self) {
+        self.command = self.command.map(|_| Command::Disarm);
     }
 }
 
@@ -81,12 +88,18 @@ mod tests {
             law: None,
             fault: true,
         };
-        let (first, _) = inbox.take(false);
+        let (first, _) = inbox.take(false, true);
         assert_eq!((first.vehicle.is_some(), first.command), (true, Some(Command::Arm)));
-        let (second, _) = inbox.take(true);
+        let (second, _) = inbox.take(true, false);
         assert_eq!((second.vehicle, second.command), (None, None));
         assert_eq!(second.reference, Reference::hover(Vec3::Y));
+        inbox.disarm();
+        assert_eq!(inbox.command, None);
+        inbox.command = Some(Command::Start);
+        inbox.disarm();
+        assert_eq!(inbox.command, Some(Command::Disarm));
         assert!(second.fault && second.overrun && !first.overrun);
+        assert!(first.outputs_off && !second.outputs_off);
     }
 
     #[test]

@@ -29,6 +29,8 @@ pub struct Inputs {
     pub overrun: bool,
     /// Something is broken that forbids to fly.
     pub fault: bool,
+    /// The rotors stand still whatever comes out: lock step.
+    pub outputs_off: bool,
 }
 
 /// What one control period did.
@@ -112,6 +114,13 @@ impl FlightControl {
         }
     }
 
+    /// Disarms, unless a fault keeps the vehicle locked.
+    pub fn disarm(&mut self) {
+        let state = &mut self.supervisor_state;
+        // Refused only while a fault is present, when the mode is no other than Locked.
+        let _ = self.supervisor.command(state, self.tick, Command::Disarm);
+    }
+
     /// What a host may see of the tick that gave `outputs`; `step_cost` as the message says.
     #[must_use]
     pub fn telemetry(&self, outputs: &Outputs, step_cost: u32) -> Telemetry {
@@ -139,6 +148,7 @@ impl FlightControl {
             step: self.status,
             overrun: inputs.overrun,
             fault: inputs.fault,
+            outputs_off: inputs.outputs_off,
         };
         let (supervisor, state) = (&self.supervisor, &mut self.supervisor_state);
         supervisor.step(state, self.tick, &conditions);

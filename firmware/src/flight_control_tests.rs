@@ -28,6 +28,7 @@ fn inputs() -> Inputs {
         command: None,
         overrun: false,
         fault: false,
+        outputs_off: false,
     }
 }
 
@@ -163,4 +164,16 @@ fn a_failsafe_that_recovers_goes_on_with_the_flight() {
     let before = flight.tick(&inputs()).flight_tick;
     let recovered = flight.tick(&command(Command::Start));
     assert_eq!((recovered.mode, recovered.flight_tick), (Mode::Flying, before + 1));
+}
+
+#[test]
+fn disarming_ends_flight_and_failsafe_but_not_a_lock_by_a_fault() {
+    let mut flight = flying();
+    flight.disarm();
+    let outputs = flight.tick(&inputs());
+    assert_eq!((outputs.mode, outputs.wrench, outputs.thrusts), (Mode::Disarmed, SAFE, None));
+    let mut flight = flying();
+    flight.tick(&Inputs { fault: true, ..inputs() });
+    flight.disarm();
+    assert_eq!(flight.tick(&Inputs { fault: true, ..inputs() }).mode, Mode::Locked);
 }

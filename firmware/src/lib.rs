@@ -11,6 +11,7 @@ pub mod evidence;
 pub mod exchange;
 pub mod flight_control;
 pub mod law;
+pub mod pace;
 pub mod parameter_store;
 pub mod rate_loop;
 pub mod rates;

@@ -5,6 +5,9 @@
 //! reports [`RateLoop::finish`] when its work is done. A group is late when it has not finished
 //! its deadline after its release; every miss is one overrun. A run of overruns without a timely
 //! finish between them, as long as configured, calls for the failsafe output.
+//!
+//! In lock step a host decides when a tick begins ([`RateLoop::step`]): the time between two ticks
+//! then counts as one period, whatever it was.
 
 use core::num::NonZeroU32;
 
@@ -164,6 +167,8 @@ pub struct RateLoop {
     tick_period: NonZeroU32,
     tick: u32,
     last_tick: Option<u32>,
+    /// Time that does not count [us].
+    skipped: u32,
     records: [GroupRecord; GROUPS],
     lost_ticks: u32,
 }
@@ -196,7 +201,8 @@ impl RateLoop {
             records[i].countdown = group.phase;
             i += 1;
         }
-        Ok(Self { config, tick_period, tick: 0, last_tick: None, records, lost_ticks: 0 })
+        let (tick, last_tick, skipped, lost_ticks) = (0, None, 0, 0);
+        Ok(Self { config, tick_period, tick, last_tick, skipped, records, lost_ticks })
     }
 
     /// Begins a tick at `now` [us]: counts what is late and returns what is due.
@@ -204,6 +210,7 @@ impl RateLoop {
     /// The control group calls it first of all, once a tick; a tick that comes one and a half
     /// periods or more after the last one shows that ticks were lost, which are control overruns.
     pub fn tick(&mut self, now: u32) -> Due {
+        let now = now.wrapping_sub(self.skipped);
         let lost = self.lost_since_last_tick(now);
         self.lost_ticks = self.lost_ticks.saturating_add(lost);
         self.last_tick = Some(now);
@@ -225,6 +232,24 @@ impl RateLoop {
         due
     }
 
+    /// As [`tick`](Self::tick), one period after the last one whenever that was.
+    pub fn step(&mut self, now: u32) -> Due {
+        if let Some(last) = self.last_tick {
+            self.skipped = now.wrapping_sub(last).wrapping_sub(self.tick_period.get());
+        }
+        self.tick(now)
+    }
+
+    /// Does not count `time` [us] that has just passed: in lock step, that of the wire.
+    pub fn skip(&mut self, time: u32) {
+        self.skipped = self.skipped.wrapping_add(time);
+    }
+
+    /// The next tick begins a new row, after a pause of any length.
+    pub fn resume(&mut self) {
+        self.last_tick = None;
+    }
+
     fn lost_since_last_tick(&self, now: u32) -> u32 {
         let Some(last) = self.last_tick else { return 0 };
         let elapsed = now.wrapping_sub(last);
@@ -233,8 +258,15 @@ impl RateLoop {
 
     /// Ends the work of `group` at `now` [us]; without a release it does nothing.
     pub fn finish(&mut self, group: Group, now: u32) {
+        let now = now.wrapping_sub(self.skipped);
         let deadline = self.config.groups[group as usize].deadline;
         self.records[group as usize].finish(now, deadline);
+    }
+
+    /// Whether `group` has been released and not finished.
+    #[must_use]
+    pub fn is_due(&self, group: Group) -> bool {
+        self.records[group as usize].released.is_some()
     }
 
     /// Whether some group has overrun so often in a row that outputs must go to failsafe.

@@ -231,3 +231,44 @@ fn bad_configurations_are_refused_by_name() {
     assert_eq!(refused(|c| c.groups[3].deadline = 0), RateLoopError::Deadline(Group::Housekeeping));
     assert_eq!(refused(|c| c.overruns_to_failsafe = 0), RateLoopError::OverrunsToFailsafe);
 }
+
+#[test]
+fn in_lock_step_a_tick_comes_one_period_after_the_last_whenever_that_was() {
+    let mut rate_loop = RateLoop::new(CONFIG).unwrap();
+    rate_loop.tick(5_000);
+    rate_loop.finish(Group::Control, 5_010);
+    for now in [5_020, 900_000, u32::MAX - 3, 77] {
+        rate_loop.step(now);
+        rate_loop.finish(Group::Control, now.wrapping_add(30));
+        rate_loop.finish(Group::StateInput, now.wrapping_add(40));
+    }
+    let control = rate_loop.statistics(Group::Control);
+    assert_eq!((control.completed, control.overruns, control.worst_time), (5, 0, 30));
+    assert_eq!((rate_loop.ticks(), rate_loop.lost_ticks()), (5, 0));
+    // What takes long in a tick is still late, unless it is the wire.
+    rate_loop.step(1_000);
+    rate_loop.skip(10_000);
+    rate_loop.finish(Group::Control, 11_020);
+    assert_eq!(rate_loop.statistics(Group::Control).overruns, 0);
+    rate_loop.step(20_000);
+    rate_loop.finish(Group::Control, 30_000);
+    assert_eq!(rate_loop.statistics(Group::Control).overruns, 1);
+}
+
+#[test]
+fn after_lock_step_the_clock_ticks_on_without_a_loss() {
+    let mut rate_loop = RateLoop::new(CONFIG).unwrap();
+    rate_loop.tick(0);
+    rate_loop.finish(Group::Control, 10);
+    rate_loop.step(50_000);
+    rate_loop.finish(Group::Control, 50_010);
+    rate_loop.resume();
+    for now in [90_000, 91_000, 92_000] {
+        rate_loop.tick(now);
+        assert!(rate_loop.is_due(Group::Control));
+        rate_loop.finish(Group::Control, now + 20);
+        assert!(!rate_loop.is_due(Group::Control));
+    }
+    let control = rate_loop.statistics(Group::Control);
+    assert_eq!((control.overruns, control.worst_time, rate_loop.lost_ticks()), (0, 20, 0));
+}

@@ -24,6 +24,8 @@ pub struct ReferenceSource {
     origin: Origin,
     timeout: u32,
     streamed: Option<Streamed>,
+    /// The tick of flight that a trajectory was asked for last, and what it said.
+    latest: Option<(u32, Reference)>,
 }
 
 /// What the host sent last.
@@ -37,7 +39,7 @@ impl ReferenceSource {
     /// A host that streams is silent when nothing has come for `timeout` ticks.
     #[must_use]
     pub const fn new(origin: Origin, timeout: u32) -> Self {
-        Self { origin, timeout, streamed: None }
+        Self { origin, timeout, streamed: None, latest: None }
     }
 
     /// Where references come from now.
@@ -48,8 +50,7 @@ impl ReferenceSource {
 
     /// Follows `origin` from now on.
     pub fn select(&mut self, origin: Origin) {
-        self.origin = origin;
-        self.streamed = None;
+        (self.origin, self.streamed, self.latest) = (origin, None, None);
     }
 
     /// Takes a reference that came at tick `uptime`.
@@ -61,7 +62,15 @@ impl ReferenceSource {
     /// `position_world` is where the vehicle is [m], held while nothing is streamed.
     pub fn next(&mut self, flight_tick: u32, uptime: u32, position_world: Vec3) -> Reference {
         if let Origin::Trajectory(trajectory) = &self.origin {
-            return trajectory.reference(u64::from(flight_tick));
+            // Asked for several times a tick; its sine takes longer than a control step.
+            return match self.latest {
+                Some((tick, reference)) if tick == flight_tick => reference,
+                _ => {
+                    let reference = trajectory.reference(u64::from(flight_tick));
+                    self.latest = Some((flight_tick, reference));
+                    reference
+                }
+            };
         }
         let Some(Streamed { reference, uptime: since }) = self.streamed else {
             return Reference::hover(position_world);
@@ -112,7 +121,9 @@ mod tests {
         let mut source = ReferenceSource::new(Origin::Trajectory(circle()), TIMEOUT);
         assert_eq!(source.next(0, 5000, HERE), circle().reference(0));
         source.receive(place(1.0), 6233);
-        assert_eq!(source.next(1234, 6234, HERE), circle().reference(1234));
+        for tick in [1234, 1234, 1235, 0] {
+            assert_eq!(source.next(tick, 6234, HERE), circle().reference(tick.into()));
+        }
     }
 
     #[test]

@@ -61,6 +61,19 @@ pub struct Progress {
     pub flight_tick: u32,
     /// Ticks since the start of the program.
     pub uptime: u32,
+    /// Ticks begin when the host says so.
+    pub in_step: bool,
+}
+
+/// What a host asks of time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PaceRequest {
+    /// To decide itself when a tick begins.
+    Enter,
+    /// To leave that to the clock again.
+    Leave,
+    /// The tick after which the uptime is this.
+    Step(u64),
 }
 
 impl Progress {
@@ -89,6 +102,8 @@ pub struct Session {
     greeted: bool,
     in_force: ParametersInForce,
     storage: Option<Storage>,
+    pace: Option<PaceRequest>,
+    in_step: bool,
 }
 
 /// A change of what is stored, until it is done.
@@ -130,6 +145,8 @@ impl Session {
             greeted: false,
             in_force,
             storage: None,
+            pace: None,
+            in_step: false,
             fault,
             config,
         };
@@ -182,6 +199,12 @@ impl Session {
                 Ok(()) => return, // as above
                 Err(rejection) => Err(rejection),
             },
+            Uplink::LockStep(enter) => self.lock_step(enter, progress),
+            Uplink::Step { uptime_ticks } if progress.in_step => {
+                self.pace = Some(PaceRequest::Step(uptime_ticks));
+                return; // answered once the tick is done
+            }
+            Uplink::Step { .. } => Err(Rejection::NotNow),
             Uplink::Subscribe { period } => self.subscribe(period),
             Uplink::FaultAcknowledge => return self.acknowledge_fault(sequence),
             setting if progress.on_ground() && self.storage.is_none() => self.set(setting),
@@ -266,7 +289,7 @@ impl Session {
 
     /// Asks for the parameters in force to be kept, if the next start could fly with them.
     fn keep(&mut self, sequence: u16, progress: Progress) -> Result<(), Rejection> {
-        self.may_store(progress)?;
+        self.is_idle(progress)?;
         self.accept_built_in_trajectory()?;
         let parameters = StoredParameters::of(&self.tuning);
         self.storage = Some(Storage { sequence, parameters, begun: false });
@@ -276,15 +299,15 @@ impl Session {
     /// Goes back to the built-in parameters and asks for those that were kept to be forgotten.
     #[inline(never)]
     fn forget(&mut self, sequence: u16, progress: Progress) -> Result<(), Rejection> {
-        self.may_store(progress)?;
+        self.is_idle(progress)?;
         self.tune(built_in()?.tuning, true)?;
         let parameters = StoredParameters::Forgotten;
         self.storage = Some(Storage { sequence, parameters, begun: false });
         Ok(())
     }
 
-    /// Disarmed, with no command on its way that could change that, and nothing being stored.
-    fn may_store(&self, progress: Progress) -> Result<(), Rejection> {
+    /// Whether the vehicle is disarmed, with no command on its way and nothing being stored.
+    fn is_idle(&self, progress: Progress) -> Result<(), Rejection> {
         let quiet = self.storage.is_none() && self.commands.is_empty() && self.waiting.is_none();
         let disarmed = progress.mode == Mode::Disarmed;
         (quiet && disarmed).then_some(()).ok_or(Rejection::NotNow)
@@ -295,6 +318,34 @@ impl Session {
     fn accept_built_in_trajectory(&self) -> Result<(), Rejection> {
         let trajectory = built_in()?.trajectory.build(self.law.step_period())?;
         Ok(self.law.accept(&trajectory)?)
+    }
+
+    /// Enters lock step, disarmed and with nothing on its way, or leaves it.
+    fn lock_step(&mut self, enter: bool, progress: Progress) -> Result<(), Rejection> {
+        self.pace = match (enter, progress.in_step) {
+            (false, false) => None,
+            (false, true) => Some(PaceRequest::Leave),
+            (true, true) => Some(PaceRequest::Step(u64::from(progress.uptime))), // answered again
+            (true, false) => {
+                self.is_idle(progress)?;
+                Some(PaceRequest::Enter)
+            }
+        };
+        Ok(())
+    }
+
+    /// Takes note of who decides when a tick begins. Commands that wait at the end of lock step were
+    /// meant for rotors that are off: they are refused.
+    pub fn keep_pace(&mut self, in_step: bool) {
+        let ended = core::mem::replace(&mut self.in_step, in_step) && !in_step;
+        while let Some((sequence, _)) = ended.then(|| self.commands.pop_front()).flatten() {
+            self.acknowledge(sequence, Err(Rejection::NotNow));
+        }
+    }
+
+    /// What the host asks of time, once.
+    pub fn take_pace_request(&mut self) -> Option<PaceRequest> {
+        self.pace.take()
     }
 
     /// What is to be stored, once; it has to be followed by [`stored`](Self::stored).
@@ -397,6 +448,12 @@ impl Session {
         if self.answers.push_back(message).is_err() {
             self.dropped = self.dropped.wrapping_add(1);
         }
+    }
+
+    /// Whether there is a message to send.
+    #[must_use]
+    pub fn has_answers(&self) -> bool {
+        !self.answers.is_empty()
     }
 
     /// The next message to send.

@@ -15,8 +15,9 @@ const CONFIG: SessionConfig = SessionConfig {
     telemetry_period_min: 2,
 };
 
-const GROUND: Progress = Progress { mode: Mode::Disarmed, flight_tick: 0, uptime: 1000 };
-const FLYING: Progress = Progress { mode: Mode::Flying, flight_tick: 7, uptime: 2000 };
+const GROUND: Progress =
+    Progress { mode: Mode::Disarmed, flight_tick: 0, uptime: 1000, in_step: false };
+const FLYING: Progress = Progress { mode: Mode::Flying, flight_tick: 7, uptime: 2000, ..GROUND };
 
 const BUILT_IN: ParametersInForce =
     ParametersInForce { origin: ParameterOrigin::BuiltIn, generation: 0, changed: false };
@@ -71,7 +72,7 @@ fn report() -> FaultReport {
 #[test]
 fn greets_after_the_start_and_when_greeted() {
     let mut session = Session::new(CONFIG, &flown().unwrap(), STORED, None).unwrap();
-    assert!(!session.greeted());
+    assert!(!session.greeted() && session.has_answers());
     let Some(Downlink::Identity(greeting)) = session.next_answer() else { panic!() };
     assert_eq!((&*greeting.board, greeting.uptime_ticks), ("test bench", 0));
     assert_eq!(greeting.controller, flown().unwrap().tuning.kind);
@@ -82,7 +83,7 @@ fn greets_after_the_start_and_when_greeted() {
     };
     assert_eq!(*in_force, Downlink::ParametersInForce(STORED));
     assert_eq!((identity.uptime_ticks, identity.fault_pending), (2000, false));
-    assert!(session.greeted());
+    assert!(session.greeted() && !session.has_answers());
 }
 
 const STORED: ParametersInForce =
@@ -416,4 +417,59 @@ fn what_could_not_fly_the_built_in_trajectory_is_not_kept() {
     };
     assert_eq!(upper, 1e-3);
     assert_eq!(session.next_to_store(), None);
+}
+
+#[test]
+fn lock_step_is_entered_disarmed_and_idle_only() {
+    let refused = acknowledged(Err(Rejection::NotNow));
+    for mode in [Mode::Armed, Mode::Flying, Mode::Failsafe, Mode::Locked] {
+        let mut session = session();
+        let progress = Progress { mode, ..GROUND };
+        assert_eq!(say(&mut session, Uplink::LockStep(true), progress), refused);
+        assert_eq!(session.take_pace_request(), None);
+    }
+    let mut session = session();
+    say(&mut session, Uplink::Command(Command::Arm), GROUND);
+    assert_eq!(say(&mut session, Uplink::LockStep(true), GROUND), refused, "an Arm is on its way");
+}
+
+#[test]
+fn lock_step_is_entered_stepped_and_left() {
+    let mut session = session();
+    let step = || Uplink::Step { uptime_ticks: 1001 };
+    assert_eq!(say(&mut session, step(), GROUND), acknowledged(Err(Rejection::NotNow)));
+    assert_eq!(say(&mut session, Uplink::LockStep(true), GROUND), acknowledged(Ok(())));
+    assert_eq!(session.take_pace_request(), Some(PaceRequest::Enter));
+    assert_eq!(session.take_pace_request(), None, "once");
+    let in_step = Progress { in_step: true, ..GROUND };
+    assert_eq!(say(&mut session, step(), in_step), []);
+    assert_eq!(session.take_pace_request(), Some(PaceRequest::Step(1001)));
+    // Repeated, since the answer was lost: the host hears where the vehicle is.
+    assert_eq!(say(&mut session, Uplink::LockStep(true), in_step), acknowledged(Ok(())));
+    assert_eq!(session.take_pace_request(), Some(PaceRequest::Step(1000)));
+    let flying = Progress { mode: Mode::Flying, ..in_step };
+    assert_eq!(say(&mut session, Uplink::LockStep(false), flying), acknowledged(Ok(())));
+    assert_eq!(session.take_pace_request(), Some(PaceRequest::Leave));
+    assert_eq!(say(&mut session, Uplink::LockStep(false), GROUND), acknowledged(Ok(())));
+    assert_eq!(session.take_pace_request(), None);
+}
+
+#[test]
+fn commands_that_wait_at_the_end_of_lock_step_are_refused() {
+    let mut session = session();
+    let in_step = Progress { in_step: true, ..GROUND };
+    session.keep_pace(true);
+    say(&mut session, Uplink::Command(Command::Arm), in_step);
+    session.keep_pace(true);
+    assert_eq!(session.next_answer(), None);
+    assert_eq!(session.next_command(), Some(Command::Arm));
+    say(&mut session, Uplink::Command(Command::Start), in_step);
+    session.keep_pace(false);
+    assert_eq!(session.next_answer(), acknowledged(Err(Rejection::NotNow)).pop());
+    session.answered(Ok(Mode::Armed));
+    assert_eq!(session.next_command(), None);
+    // By the clock they are obeyed as ever.
+    say(&mut session, Uplink::Command(Command::Disarm), GROUND);
+    session.keep_pace(false);
+    assert_eq!(session.next_command(), Some(Command::Disarm));
 }

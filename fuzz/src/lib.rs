@@ -13,7 +13,8 @@ use firmware::session::{Progress, Session, SessionConfig};
 use glam::Vec3;
 
 /// A vehicle on the ground at some tick.
-pub const GROUND: Progress = Progress { mode: Mode::Disarmed, flight_tick: 0, uptime: 1000 };
+pub const GROUND: Progress =
+    Progress { mode: Mode::Disarmed, flight_tick: 0, uptime: 1000, in_step: false };
 
 /// A session of the image's vehicle after its greeting.
 ///

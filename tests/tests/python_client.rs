@@ -6,8 +6,9 @@
 #[path = "firmware_emulator/emulator.rs"]
 mod emulator;
 
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
 use ctrl_core::config::SaturatedConfig;
 use ctrl_core::link::{ControllerKind, Parameters, Rejection};
@@ -17,10 +18,8 @@ use serde_json::{Value, json};
 
 use emulator::{finish, text};
 
-/// Runs the script against a fresh vehicle and returns what it heard.
-fn converse() -> Value {
-    let python = Command::new("python3").arg("--version").output();
-    python.expect("python3 must be installed, on Debian or Ubuntu: apt install python3");
+/// FIFOs for a vehicle and its client, and the vehicle.
+fn over_fifos() -> (Child, String) {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python-client");
     for ending in ["in", "out"] {
         let fifo = PathBuf::from(format!("{}.{ending}", path.display()));
@@ -28,11 +27,26 @@ fn converse() -> Value {
         assert!(Command::new("mkfifo").arg(&fifo).status().expect("mkfifo").success());
     }
     let directives = [format!("link={}", path.display())];
-    let mut vehicle = emulator::emulator("firmware").start(&directives, "null").unwrap();
+    let vehicle = emulator::emulator("firmware").start(&directives, "null").unwrap();
+    (vehicle, path.display().to_string())
+}
+
+/// A vehicle whose serial port waits for its client at a port of this machine.
+fn over_a_wire() -> (Child, String) {
+    let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let serial = format!("tcp:127.0.0.1:{free},server=on,wait=on");
+    let vehicle = emulator::emulator("firmware").start(&[], &serial).unwrap();
+    (vehicle, format!("tcp:{free}"))
+}
+
+/// Runs the script against a fresh vehicle and returns what it heard.
+fn converse((mut vehicle, link): (Child, String)) -> Value {
+    let python = Command::new("python3").arg("--version").output();
+    python.expect("python3 must be installed, on Debian or Ubuntu: apt install python3");
     let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut client = Command::new("python3");
     client.arg(tests.join("tests/python/client.py")).arg(tests.join("../docs/protocol.md"));
-    let client = client.arg(&path).stdin(Stdio::null()).stdout(Stdio::piped());
+    let client = client.arg(link).stdin(Stdio::null()).stdout(Stdio::piped());
     let output = finish(client.stderr(Stdio::piped()).spawn().unwrap());
     vehicle.kill().unwrap();
     vehicle.wait().unwrap();
@@ -94,10 +108,18 @@ fn assert_flight(said: &Value, config: SaturatedConfig) {
 
 #[test]
 fn a_python_client_of_the_documented_bytes_tunes_and_arms_the_vehicle() {
+    assert_conversation(&converse(over_fifos()));
+}
+
+#[test]
+fn over_usart2_it_does_the_same_in_lock_step() {
+    assert_conversation(&converse(over_a_wire()));
+}
+
+fn assert_conversation(said: &Value) {
     let flown = flown().unwrap();
     assert_eq!(flown.tuning.kind, ControllerKind::Saturated);
     let config = flown.tuning.saturated;
-    let said = converse();
     assert_examples(&said["examples"]);
     let greeting = said["greeting"].as_array().unwrap();
     assert!(greeting.len() == 2 && greeting[0][0] == 0, "{greeting:?}");
@@ -113,7 +135,7 @@ fn a_python_client_of_the_documented_bytes_tunes_and_arms_the_vehicle() {
     assert_eq!(said["unknown"], json!({"kind": "unknown parameter"}));
     assert_eq!(said["subscribed"], Value::Null);
     assert_eq!(said["ticks"], json!(vec!["Disarmed"; 10]));
-    assert_flight(&said, config);
+    assert_flight(said, config);
     // What the vehicle's decoder counted: uptime, four groups of three, then the link.
     let link: Vec<_> = (13..19).map(|i| said["health"][i].as_u64().unwrap()).collect();
     assert!(link[0] > 100 && link[1..] == [0; 5], "{link:?}");

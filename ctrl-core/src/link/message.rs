@@ -99,6 +99,15 @@ pub enum Uplink {
     /// Forgets the parameters that were kept: the built-in ones are in force at once and after a
     /// restart; only disarmed.
     ParametersForget,
+    /// Enters (true) or leaves lock step: control ticks then begin at [`Uplink::Step`] only, and the
+    /// rotor outputs stay off. Only disarmed; leaving disarms.
+    LockStep(bool),
+    /// In lock step, lets one control tick pass; answered by [`Downlink::Stepped`].
+    Step {
+        /// Ticks since the start of the program after it. The tick before asks for nothing but the
+        /// answer again; any other number is answered alike.
+        uptime_ticks: u64,
+    },
 }
 
 /// From the vehicle to the host.
@@ -119,6 +128,12 @@ pub enum Downlink {
     Health(Health),
     /// Which parameters are in force: after every [`Identity`], and when that has changed.
     ParametersInForce(ParametersInForce),
+    /// In lock step: a control tick and all that it released are done, and all that they had to say
+    /// was sent before. Also sent when lock step begins.
+    Stepped {
+        /// Ticks since the start of the program.
+        uptime_ticks: u64,
+    },
 }
 
 impl Message for Uplink {

@@ -20,6 +20,7 @@ const GOOD: Conditions = Conditions {
     step: StepStatus::empty(),
     overrun: false,
     fault: false,
+    outputs_off: false,
 };
 const MISSED: Conditions = Conditions { attitude: None, ..GOOD };
 const FAULTED: Conditions = Conditions { step: StepStatus::STATE_INVALID, ..GOOD };
@@ -138,6 +139,21 @@ fn arm_and_start_need_an_upright_vehicle() {
     flight.order(Command::Arm).unwrap();
     flight.run(&tilted(1.0), 1);
     assert_eq!(flight.order(Command::Start), Err(Refusal::Tilted));
+}
+
+#[test]
+fn with_the_outputs_off_any_rotation_may_arm() {
+    let arm = |attitude, outputs_off| {
+        let mut flight = Flight::new(&CONFIG);
+        flight.run(&Conditions { attitude: Some(attitude), outputs_off, ..GOOD }, 3);
+        flight.order(Command::Arm)
+    };
+    let upside_down = Quat::from_xyzw(1.0, 0.0, 0.0, 0.0);
+    assert_eq!(arm(upside_down, true), Ok(Mode::Armed));
+    assert_eq!(arm(upside_down, false), Err(Refusal::Tilted));
+    for broken in [Quat::from_xyzw(0.0, 0.0, 0.0, 0.0), Quat::NAN] {
+        assert_eq!(arm(broken, true), Err(Refusal::Tilted));
+    }
 }
 
 #[test]

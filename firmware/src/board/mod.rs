@@ -76,10 +76,12 @@ pub trait Board: Sized {
     /// Tells a person of the fault before this boot, beyond log and telemetry.
     fn report(_report: &FaultReport) {}
 
-    /// A byte from the link, if one has come.
+    /// Hands over all bytes that have come from the link.
     #[inline(always)]
-    fn receive(receiver: &mut Rx<USART2>) -> Option<u8> {
-        receiver.read().ok()
+    fn receive(receiver: &mut Rx<USART2>, mut take: impl FnMut(u8)) {
+        while let Ok(byte) = receiver.read() {
+            take(byte);
+        }
     }
 
     /// Sends a frame.
@@ -90,6 +92,11 @@ pub trait Board: Sized {
     /// Called when the telemetry group has sent all: where the emulator waits for its host.
     #[inline(always)]
     fn exchange() {}
+
+    /// Lock step ends when its host has been silent for so long [s].
+    fn lock_step_timeout() -> u32 {
+        20
+    }
 
     /// Waits for the next interrupt, or for a moment.
     #[inline(always)]

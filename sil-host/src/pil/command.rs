@@ -9,11 +9,11 @@ use ctrl_core::saturated::Saturated;
 
 use super::PilError;
 use super::comparison::Difference;
-use super::cost::StepCost;
+use super::cost::{CostUnit, StepCost};
 use super::emulator::Emulator;
 use super::fault::LinkFaults;
 use super::on_vehicle::{InFlight, OnVehicle};
-use super::recording::Recording;
+use super::recording::{Direction, Recording};
 use super::replay::{Replayed, replay};
 use super::session::Session;
 use super::set_up::set_up;
@@ -34,8 +34,10 @@ pub struct OnBoard {
     pub ticks: u64,
     /// Where the vehicle first differed from SIL.
     pub difference: Option<Difference>,
-    /// What the control ticks cost (instructions).
+    /// What the control ticks cost.
     pub cost: StepCost,
+    /// In which unit.
+    pub cost_unit: CostUnit,
 }
 
 /// Flies every scenario on the vehicle and prints what came out; whether every guarantee held and,
@@ -91,7 +93,7 @@ fn replay_file(file: &Path, arguments: &PilArguments) -> Result<bool, PilError> 
 }
 
 fn print_on_board(on_board: &OnBoard, arguments: &PilArguments) {
-    let OnBoard { ticks, difference, cost } = on_board;
+    let OnBoard { ticks, difference, cost, cost_unit } = on_board;
     match difference.filter(|_| arguments.compare) {
         Some(difference) => eprintln!("  not as in SIL: {difference}"),
         None if arguments.compare && !arguments.run.quiet => {
@@ -100,7 +102,7 @@ fn print_on_board(on_board: &OnBoard, arguments: &PilArguments) {
         None => {}
     }
     if !arguments.run.quiet {
-        eprintln!("  control tick [instructions]: {cost}");
+        eprintln!("  control tick [{cost_unit}]: {cost}");
     }
 }
 
@@ -111,12 +113,15 @@ fn fly_watched(
 ) -> Result<(Outcome, OnBoard), PilError> {
     let blank = || Recording::new(&loaded.scenario().name, loaded.text());
     let recording = arguments.record.is_some().then(blank);
-    let (mut session, _) = Session::boot_recorded(emulator, &[], recording)?;
-    set_up(&mut session, loaded.scenario())?;
-    if !arguments.fault.is_empty() {
-        let seed = loaded.scenario().seed;
-        session.inject(Some(LinkFaults::new(seed, &arguments.fault, arguments.fault_rate)));
+    let mut session = match &arguments.port {
+        Some(port) => Session::attach(port, arguments.baud, emulator.cost_unit(), recording)?,
+        None => Session::boot_recorded(emulator, &[], recording)?.0,
+    };
+    if arguments.lock_step || arguments.port.is_some() {
+        session.enter_lock_step()?;
     }
+    set_up(&mut session, loaded.scenario())?;
+    inject(&mut session, loaded.scenario().seed, arguments);
     let flown = run::watched(loaded, &arguments.run, |watch, progress| {
         fly(loaded, &mut session, watch, Some(progress))
     });
@@ -124,7 +129,26 @@ fn fly_watched(
         // A flight that failed is worth replaying, too.
         recording.save(file).map_err(|error| RunError::Output(file.clone(), error.to_string()))?;
     }
+    if arguments.port.is_some() {
+        for direction in Direction::BOTH {
+            session.inject(direction, None);
+        }
+        session.leave_lock_step()?;
+    }
     flown
+}
+
+/// Damages frames as the arguments say.
+fn inject(session: &mut Session, seed: u64, arguments: &PilArguments) {
+    if arguments.fault.is_empty() {
+        return;
+    }
+    for direction in arguments.fault_direction.directions() {
+        // Another schedule for each direction.
+        let seed = seed ^ (*direction as u64) << 32;
+        let faults = LinkFaults::new(seed, &arguments.fault, arguments.fault_rate);
+        session.inject(*direction, Some(faults));
+    }
 }
 
 /// Flies a scenario on a vehicle that is [set up](set_up) for it, to its end.
@@ -157,6 +181,7 @@ fn fly_law<C: TrackingController, O: Observer>(
     observer: &mut O,
     progress: Option<&Progress>,
 ) -> Result<OnBoard, PilError> {
+    let cost_unit = session.cost_unit();
     let in_flight = RefCell::new(InFlight::new(session));
     let vehicle = OnVehicle { law, flight: &in_flight };
     let scenario = loaded.scenario();
@@ -173,5 +198,5 @@ fn fly_law<C: TrackingController, O: Observer>(
         }
     }
     let InFlight { ticks, difference, cost, .. } = *in_flight.borrow();
-    Ok(OnBoard { ticks, difference, cost })
+    Ok(OnBoard { ticks, difference, cost, cost_unit })
 }

@@ -4,6 +4,44 @@ use std::fmt;
 
 use ctrl_core::vehicle::VehicleState;
 
+/// What the cost of a tick is counted in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CostUnit {
+    /// Instructions: so many counts of the image's counter are one.
+    Instructions {
+        /// Counts in an instruction.
+        counts: u32,
+    },
+    /// Cycles of the processor.
+    Cycles,
+}
+
+impl CostUnit {
+    /// The unit on the board of that name, if an emulated one counts in this one.
+    #[must_use]
+    pub fn on(self, board: &str) -> Self {
+        if board.starts_with("emulated") { self } else { Self::Cycles }
+    }
+
+    /// The cost that a count of the image means.
+    #[must_use]
+    pub fn cost(self, count: u32) -> u32 {
+        match self {
+            Self::Instructions { counts } => count / counts.max(1),
+            Self::Cycles => count,
+        }
+    }
+}
+
+impl fmt::Display for CostUnit {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            Self::Instructions { .. } => "instructions",
+            Self::Cycles => "cycles",
+        })
+    }
+}
+
 /// Smallest, mean and largest cost of a control tick, and the input of the largest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepCost {
@@ -62,6 +100,14 @@ impl fmt::Display for StepCost {
 mod tests {
     use super::*;
     use glam::Vec3;
+
+    #[test]
+    fn instructions_are_counted_in_the_emulator_and_cycles_on_a_board() {
+        let unit = CostUnit::Instructions { counts: 4 };
+        assert_eq!(unit.on("emulated STM32F405").cost(8000), 2000);
+        assert_eq!(unit.on("STM32F405").cost(8000), 8000);
+        assert_eq!(unit.on("STM32F405").to_string(), "cycles");
+    }
 
     #[test]
     fn the_first_largest_cost_keeps_its_input() {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use super::PilError;
+use super::cost::CostUnit;
 
 /// Name of the emulator's program.
 pub const QEMU: &str = "qemu-system-arm";
@@ -32,10 +33,10 @@ pub struct Emulator {
 pub const NATURAL_SHIFT: u8 = 3;
 
 impl Emulator {
-    /// Counts of the image's cost counter, 8 ns each, in an instruction.
+    /// What the image counts the cost of a tick in: 8 ns of virtual time.
     #[must_use]
-    pub fn cost_of_instruction(&self) -> u32 {
-        1 << self.shift.saturating_sub(NATURAL_SHIFT)
+    pub fn cost_unit(&self) -> CostUnit {
+        CostUnit::Instructions { counts: 1 << self.shift.saturating_sub(NATURAL_SHIFT) }
     }
 
     /// Starts the image; `directives` are its command line, `serial` is the character device of QEMU

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use ctrl_core::link::Rejection;
-use ctrl_core::mode::{Cause, Mode};
+use ctrl_core::mode::{Cause, Mode, Refusal};
 
 use super::emulator::BUILD_IMAGE;
 use crate::run::RunError;
@@ -20,10 +20,12 @@ pub enum PilError {
     Emulator(PathBuf, String),
     /// There is no image at the path.
     ImageMissing(PathBuf),
-    /// The FIFOs of the link failed.
-    Fifo(PathBuf, String),
+    /// What carries the link failed: FIFOs or a serial port.
+    Line(PathBuf, String),
     /// A recording cannot be read: where, and why.
     Recording(PathBuf, String),
+    /// The emulator has ended: how.
+    Ended(String),
     /// The vehicle said nothing for so long.
     Silent(Duration),
     /// The vehicle answered a message otherwise than it must: what was asked, and what came.
@@ -60,11 +62,19 @@ impl fmt::Display for PilError {
                 "{}: no such image; build it with `{BUILD_IMAGE}` or name another with --image",
                 image.display()
             ),
-            Self::Fifo(path, error) | Self::Recording(path, error) => {
+            Self::Line(path, error) | Self::Recording(path, error) => {
                 write!(out, "{}: {error}", path.display())
             }
+            Self::Ended(status) => write!(out, "the emulator has ended: {status}"),
             Self::Silent(time) => write!(out, "the vehicle said nothing for {time:?}"),
             Self::Answer(asked, came) => write!(out, "{asked}: the vehicle answered {came}"),
+            Self::Refused(asked, Rejection::Mode(Refusal::Tilted)) => {
+                write!(
+                    out,
+                    "the vehicle refused {asked}: {}; --lock-step allows any attitude",
+                    Refusal::Tilted
+                )
+            }
             Self::Refused(asked, Rejection::Mode(refusal)) => {
                 write!(out, "the vehicle refused {asked}: {refusal}")
             }

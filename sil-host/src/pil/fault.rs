@@ -1,10 +1,12 @@
-//! Faults of the line from host to vehicle, injected by a seeded schedule.
+//! Faults of the line between host and vehicle, injected by a seeded schedule.
 
 use std::collections::VecDeque;
 
 use clap::ValueEnum;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+use super::recording::Direction;
 
 /// Ticks that a delayed frame is late: longer than a sample stands for.
 pub const DELAY: u64 = 8;
@@ -41,6 +43,30 @@ impl Fault {
         Self::Delayed,
         Self::Garbage,
     ];
+}
+
+/// Which frames are damaged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum FaultDirection {
+    /// Those to the vehicle.
+    #[default]
+    Up,
+    /// Those from the vehicle.
+    Down,
+    /// All.
+    Both,
+}
+
+impl FaultDirection {
+    /// The directions.
+    #[must_use]
+    pub fn directions(self) -> &'static [Direction] {
+        match self {
+            Self::Up => &[Direction::ToVehicle],
+            Self::Down => &[Direction::FromVehicle],
+            Self::Both => &Direction::BOTH,
+        }
+    }
 }
 
 /// Damages frames at random; the same seed damages the same frames. The first tick, which starts a

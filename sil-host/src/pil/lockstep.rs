@@ -1,20 +1,23 @@
 //! Two FIFOs that carry the link's bytes and, with them, time: the vehicle waits for a packet once a
-//! control tick. A packet is its length (u16 LE) and that many bytes.
+//! control tick. A packet is its length (u16 LE) and that many bytes, written at once.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::mpsc::{Receiver, channel};
-use std::time::Duration;
-use std::{env, process, thread};
+use std::time::{Duration, Instant};
+use std::{env, process};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::PilError;
 use super::emulator::Emulator;
 
 /// Longest that an answer may take.
 pub const PATIENCE: Duration = Duration::from_secs(60);
+/// Longest wait before the emulator is looked at.
+const SLICE: Duration = Duration::from_millis(100);
 /// Most bytes of a packet.
 pub const PACKET_MAX: usize = 1024;
 
@@ -23,7 +26,9 @@ pub const PACKET_MAX: usize = 1024;
 pub struct Lockstep {
     emulator: Child,
     to_vehicle: File,
-    packets: Receiver<Vec<u8>>,
+    from_vehicle: File,
+    /// Read, and not yet a whole packet.
+    begun: Vec<u8>,
     directory: PathBuf,
 }
 
@@ -40,11 +45,11 @@ impl Lockstep {
                 Ok((fifo(&path.with_extension("in"))?, fifo(&path.with_extension("out"))?))
             });
         let (to_vehicle, from_vehicle) =
-            made.map_err(|error| PilError::Fifo(directory.clone(), error))?;
+            made.map_err(|error| PilError::Line(directory.clone(), error))?;
         let link = format!("link={}", path.display());
         let all: Vec<_> = [link].into_iter().chain(directives.iter().cloned()).collect();
         let emulator = emulator.start(&all, "null")?;
-        Ok(Self { emulator, to_vehicle, packets: packets(from_vehicle), directory })
+        Ok(Self { emulator, to_vehicle, from_vehicle, begun: Vec::new(), directory })
     }
 
     /// Lets the vehicle go on with `bytes` received, at most [`PACKET_MAX`].
@@ -54,17 +59,46 @@ impl Lockstep {
     pub fn send(&mut self, bytes: &[u8]) -> Result<(), PilError> {
         let bytes = &bytes[..bytes.len().min(PACKET_MAX)];
         let packet = [&(bytes.len() as u16).to_le_bytes(), bytes].concat();
-        self.to_vehicle
-            .write_all(&packet)
-            .map_err(|error| PilError::Fifo(self.directory.clone(), error.to_string()))
+        self.to_vehicle.write_all(&packet).map_err(|error| self.failed(&error))
     }
 
     /// What the vehicle has sent until it waits.
     ///
     /// # Errors
-    /// When nothing comes for `patience`.
+    /// When nothing comes for `patience`, or the emulator has ended.
     pub fn receive(&mut self, patience: Duration) -> Result<Vec<u8>, PilError> {
-        self.packets.recv_timeout(patience).map_err(|_| PilError::Silent(patience))
+        let (begin, mut buffer) = (Instant::now(), [0; 2 + PACKET_MAX]);
+        loop {
+            if let Some((length, rest)) = self.begun.split_first_chunk()
+                && let length = usize::from(u16::from_le_bytes(*length))
+                && rest.len() >= length
+            {
+                let packet = rest[..length].to_vec();
+                self.begun.drain(..2 + length);
+                return Ok(packet);
+            }
+            self.wait(begin + patience)?;
+            let read = self.from_vehicle.read(&mut buffer).map_err(|error| self.failed(&error))?;
+            self.begun.extend_from_slice(&buffer[..read]);
+        }
+    }
+
+    /// Waits until there is something to read.
+    fn wait(&mut self, end: Instant) -> Result<(), PilError> {
+        let begin = Instant::now();
+        while !readable(&self.from_vehicle, SLICE).map_err(|error| self.failed(&error))? {
+            if let Ok(Some(status)) = self.emulator.try_wait() {
+                return Err(PilError::Ended(status.to_string()));
+            }
+            if Instant::now() > end {
+                return Err(PilError::Silent(begin.elapsed()));
+            }
+        }
+        Ok(())
+    }
+
+    fn failed(&self, error: &dyn std::fmt::Display) -> PilError {
+        PilError::Line(self.directory.clone(), error.to_string())
     }
 
     /// The emulator's process.
@@ -97,17 +131,10 @@ fn fifo(path: &Path) -> Result<File, String> {
     OpenOptions::new().read(true).write(true).open(path).map_err(|error| error.to_string())
 }
 
-/// Reads packets in a thread of its own, so that waiting for one can end.
-fn packets(mut from_vehicle: File) -> Receiver<Vec<u8>> {
-    let (sender, receiver) = channel();
-    thread::spawn(move || {
-        let mut length = [0; 2];
-        while from_vehicle.read_exact(&mut length).is_ok() {
-            let mut packet = vec![0; usize::from(u16::from_le_bytes(length))];
-            if from_vehicle.read_exact(&mut packet).is_err() || sender.send(packet).is_err() {
-                return;
-            }
-        }
-    });
-    receiver
+/// Waits until a file has something to read, or for `patience`: false then.
+fn readable(file: &File, patience: Duration) -> rustix::io::Result<bool> {
+    let patience =
+        Timespec { tv_sec: patience.as_secs() as i64, tv_nsec: patience.subsec_nanos().into() };
+    let mut files = [PollFd::new(file, PollFlags::IN)];
+    Ok(poll(&mut files, Some(&patience))? > 0)
 }

@@ -1,7 +1,7 @@
 //! Processor in the loop: the plant on the host, the controller in the firmware's image.
 //!
-//! The image runs in an [`emulator`]; [`lockstep`] carries the link's bytes, [`session`] its
-//! messages; [`set_up`] gives the vehicle a scenario, and [`on_vehicle`] stands in SIL's closed loop
+//! The image runs in an [`emulator`] or on a board; a [`line`] carries the link's bytes, the FIFOs of
+//! [`lockstep`] or a serial port, and [`session`] its messages; [`set_up`] gives the vehicle a scenario, and [`on_vehicle`] stands in SIL's closed loop
 //! for the controller. [`comparison`] holds every tick against the law on the
 //! host. A [`recording`] keeps both byte streams of a flight, to [`replay`] them.
 
@@ -11,6 +11,7 @@ pub mod cost;
 pub mod emulator;
 pub mod error;
 pub mod fault;
+pub mod line;
 pub mod lockstep;
 pub mod on_vehicle;
 pub mod recording;

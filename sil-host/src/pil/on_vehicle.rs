@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, StepOutput, TrackingController};
-use ctrl_core::link::{Telemetry, Uplink};
+use ctrl_core::link::{Downlink, Telemetry, Uplink};
 use ctrl_core::mode::{Command, Mode};
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{VehicleState, WrenchBounds};
@@ -12,13 +12,17 @@ use glam::Quat;
 use super::PilError;
 use super::comparison::{Difference, Step, first_difference};
 use super::cost::StepCost;
-use super::session::Session;
+use super::session::{Session, one_telemetry};
+
+/// A vehicle that is not heard for so many ticks in a row is lost.
+const UNHEARD_MAX: u64 = 100;
 
 /// The vehicle's side of a flight, as the host sees it.
 #[derive(Debug)]
 pub struct InFlight<'a> {
     session: &'a mut Session,
-    cost_of_instruction: u32,
+    /// Ticks in a row of which no telemetry has arrived.
+    unheard: u64,
     /// Control ticks flown.
     pub ticks: u64,
     /// Why the flight ended early; from then on the law on the host flies.
@@ -32,25 +36,47 @@ pub struct InFlight<'a> {
 impl<'a> InFlight<'a> {
     /// About to start; the vehicle is armed, with the scenario's controller and trajectory.
     pub fn new(session: &'a mut Session) -> Self {
-        let cost_of_instruction = session.cost_of_instruction();
         let cost = StepCost::default();
-        Self { session, cost_of_instruction, ticks: 0, failure: None, difference: None, cost }
+        Self { session, unheard: 0, ticks: 0, failure: None, difference: None, cost }
     }
 
-    /// One control tick with the sample `vehicle`; the first one starts the flight.
-    fn step(&mut self, vehicle: &VehicleState) -> Result<Telemetry, PilError> {
+    /// One control tick with the sample `vehicle`; the first one starts the flight. Nothing if its
+    /// telemetry was lost on a line that damages frames.
+    fn step(&mut self, vehicle: &VehicleState) -> Result<Option<Telemetry>, PilError> {
         let sample = Uplink::State { tick: self.ticks, state: *vehicle };
-        let telemetry = if self.ticks == 0 {
-            self.session.tick(&[sample, Uplink::Command(Command::Start)])?
+        let heard = if self.ticks == 0 {
+            self.session.say(&[sample, Uplink::Command(Command::Start)])?
         } else {
-            self.session.tick(&[sample])?
+            self.session.say(&[sample])?
         };
-        let Telemetry { mode, cause, .. } = telemetry;
-        if mode != Mode::Flying || telemetry.tick != self.ticks + 1 {
-            return Err(PilError::NotFlying { tick: self.ticks, mode, cause });
+        let telemetry = if self.session.hears_badly() {
+            self.of_this_tick(&heard)?
+        } else {
+            Some(one_telemetry(&heard)?)
+        };
+        if let Some(Telemetry { tick, mode, cause, step_cost, .. }) = telemetry {
+            if mode != Mode::Flying || tick != self.ticks + 1 {
+                return Err(PilError::NotFlying { tick: self.ticks, mode, cause });
+            }
+            let cost = self.session.cost_unit().cost(step_cost);
+            self.cost.observe(self.ticks, cost, vehicle);
         }
-        self.cost.observe(self.ticks, telemetry.step_cost / self.cost_of_instruction, vehicle);
         self.ticks += 1;
+        Ok(telemetry)
+    }
+
+    /// The telemetry of this tick among what was heard; what is older says nothing new.
+    fn of_this_tick(&mut self, heard: &[Downlink]) -> Result<Option<Telemetry>, PilError> {
+        let telemetry = heard.iter().find_map(|message| match message {
+            Downlink::Telemetry(telemetry) if telemetry.tick > self.ticks => Some(*telemetry),
+            Downlink::Telemetry(telemetry) if telemetry.mode != Mode::Flying => Some(*telemetry),
+            _ => None,
+        });
+        self.unheard = if telemetry.is_some() { 0 } else { self.unheard + 1 };
+        if self.unheard > UNHEARD_MAX {
+            let asked = format!("telemetry for {UNHEARD_MAX} ticks");
+            return Err(PilError::Answer(asked, "nothing that arrived".to_owned()));
+        }
         Ok(telemetry)
     }
 }
@@ -104,7 +130,9 @@ impl<C: TrackingController> TrackingController for OnVehicle<'_, '_, C> {
         }
         let tick = flight.ticks;
         match flight.step(vehicle) {
-            Ok(telemetry) => {
+            // The rotors hold what was heard last.
+            Ok(None) => state.heard.map_or(output, |heard| heard.output),
+            Ok(Some(telemetry)) => {
                 let heard = Step::from(&telemetry);
                 if flight.difference.is_none() {
                     flight.difference = first_difference(tick, &heard, &expected);

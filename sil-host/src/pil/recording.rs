@@ -21,6 +21,11 @@ pub enum Direction {
     FromVehicle,
 }
 
+impl Direction {
+    /// Both.
+    pub const BOTH: [Self; 2] = [Self::ToVehicle, Self::FromVehicle];
+}
+
 /// See the module's documentation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recording {

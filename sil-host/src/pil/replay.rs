@@ -1,7 +1,9 @@
 //! A [`Recording`] fed back: to the image, which must say the same again, and to the law on the host.
 
 use ctrl_core::controller::TrackingController;
-use ctrl_core::link::{Decoder, Downlink, Encoder, MAX_FRAME, Message, Telemetry, Uplink};
+use ctrl_core::link::{
+    Decoder, Downlink, Encoder, Identity, MAX_FRAME, Message, Telemetry, Uplink,
+};
 use ctrl_core::mode::Mode;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
@@ -147,7 +149,7 @@ fn on_image(
     Ok((answered, None))
 }
 
-/// What a packet says, as bytes, without what depends on the time that code takes.
+/// What a packet says, as bytes, without what depends on the time that code takes, or on its version.
 fn said(decoder: &mut Decoder<Downlink>, packet: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     for message in messages(decoder, packet) {
@@ -155,6 +157,9 @@ fn said(decoder: &mut Decoder<Downlink>, packet: &[u8]) -> Vec<u8> {
             Downlink::Health(_) => continue,
             Downlink::Telemetry(telemetry) => {
                 Downlink::Telemetry(Telemetry { step_cost: 0, ..telemetry })
+            }
+            Downlink::Identity(identity) => {
+                Downlink::Identity(Identity { firmware: Default::default(), ..identity })
             }
             other => other,
         };

@@ -1,5 +1,7 @@
 //! Scenarios flown with the image in the loop: every tick as in SIL, bit for bit.
 
+use std::path::Path;
+
 use sil_host::closed_loop::Observer;
 use sil_host::pil::command::{OnBoard, fly};
 use sil_host::pil::recording::{Direction, Recording};
@@ -84,6 +86,20 @@ fn the_cost_of_a_tick_is_counted_in_instructions() {
     assert!(
         (f64::from(on_board.cost.minimum())..=f64::from(maximum)).contains(&on_board.cost.mean())
     );
+}
+
+/// `tests/data/README.md` says how to renew them.
+#[test]
+fn the_recordings_in_the_repository_are_flown_again_by_core_and_image() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
+    for name in PAPER {
+        let recording = Recording::load(&data.join(format!("{name}.rec"))).unwrap();
+        assert_eq!(recording.scenario, name);
+        let replayed = replay(&recording, &emulator("firmware")).unwrap();
+        assert!(replayed.same(), "{name}: {replayed:?}");
+        assert_eq!(replayed.host_ticks, 200);
+        assert!(replayed.packets > 200, "{name}: {replayed:?}");
+    }
 }
 
 #[test]

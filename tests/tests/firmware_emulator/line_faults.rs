@@ -8,6 +8,7 @@ use glam::Vec3;
 use sil_host::closed_loop::Unobserved;
 use sil_host::pil::command::fly;
 use sil_host::pil::fault::{Fault, LinkFaults};
+use sil_host::pil::recording::Direction;
 use sil_host::pil::session::{Session, one_telemetry};
 use sil_host::pil::set_up::set_up;
 use sil_host::scenario::LoadedScenario;
@@ -16,10 +17,22 @@ use crate::emulator::emulator;
 
 /// A vehicle armed to fly the beginning of a paper scenario.
 fn armed(duration: f64, directives: &[&str]) -> (Session, LoadedScenario, VehicleState) {
+    armed_in(duration, directives, false)
+}
+
+/// As [`armed`], in the link's lock step or not.
+fn armed_in(
+    duration: f64,
+    directives: &[&str],
+    in_step: bool,
+) -> (Session, LoadedScenario, VehicleState) {
     let changes = [format!("duration={duration}")];
     let loaded = LoadedScenario::open("paper-saturated", &changes).unwrap();
     let directives: Vec<_> = directives.iter().map(ToString::to_string).collect();
     let (mut session, _) = Session::boot(&emulator("firmware"), &directives).unwrap();
+    if in_step {
+        session.enter_lock_step().unwrap();
+    }
     let state = set_up(&mut session, loaded.scenario()).unwrap();
     (session, loaded, state)
 }
@@ -28,10 +41,10 @@ fn armed(duration: f64, directives: &[&str]) -> (Session, LoadedScenario, Vehicl
 /// leaving flight; how many were damaged, and what the vehicle's decoder had counted in the end.
 fn flown_through(kinds: &[Fault], seed: u64) -> (u32, LinkStatistics) {
     let (mut session, loaded, state) = armed(0.5, &[]);
-    session.inject(Some(LinkFaults::new(seed, kinds, 0.2)));
+    session.inject(Direction::ToVehicle, Some(LinkFaults::new(seed, kinds, 0.2)));
     let on_board = fly(&loaded, &mut session, &mut Unobserved, None).unwrap();
     assert_eq!(on_board.ticks, 500);
-    let injected = session.inject(None).unwrap().injected();
+    let injected = session.inject(Direction::ToVehicle, None).unwrap().injected();
     assert!((50..150).contains(&injected), "{kinds:?}: {injected}");
     // Sent every tenth of a second: the second one counts all of the flight.
     session.health(state).unwrap();
@@ -66,6 +79,54 @@ fn all_faults_at_once_are_flown_through() {
         let (_, link) = flown_through(&Fault::ALL, seed);
         assert!(link.damaged > 0 && link.late > 0 && link.lost > 0, "{link:?}");
     }
+}
+
+/// Flies half a second with a fifth of all frames from the vehicle damaged by `kinds`; every telemetry
+/// that arrives is SIL's to the bit. How many were damaged, and what the host's decoder counted.
+fn flown_half_deaf(kinds: &[Fault], seed: u64, in_step: bool) -> (u32, LinkStatistics) {
+    let (mut session, loaded, state) = armed_in(0.5, &[], in_step);
+    let before = session.statistics();
+    session.inject(Direction::FromVehicle, Some(LinkFaults::new(seed, kinds, 0.2)));
+    let on_board = fly(&loaded, &mut session, &mut Unobserved, None).unwrap();
+    assert_eq!((on_board.ticks, on_board.difference), (500, None), "{kinds:?}");
+    let injected = session.inject(Direction::FromVehicle, None).unwrap().injected();
+    assert!((50..150).contains(&injected), "{kinds:?}: {injected}");
+    session.health(state).unwrap(); // shows what was lost last
+    let seen = session.statistics();
+    assert_eq!((before.damaged, before.late, before.lost), (0, 0, 0));
+    (injected, seen)
+}
+
+#[test]
+fn every_fault_of_the_line_from_the_vehicle_is_counted_dropped_and_flown_through() {
+    for (seed, kind) in (20..).zip(Fault::ALL) {
+        let (injected, link) = flown_half_deaf(&[kind], seed, false);
+        let LinkStatistics { damaged, foreign, malformed, late, lost, .. } = link;
+        let what = format!("{kind:?}, {injected} injected: {link:?}");
+        assert_eq!((foreign, malformed), (0, 0), "{what}");
+        match kind {
+            Fault::Lost => assert_eq!((damaged, late, lost), (0, 0, injected), "{what}"),
+            Fault::Duplicated => assert_eq!((damaged, late, lost), (0, injected, 0), "{what}"),
+            Fault::Reordered | Fault::Delayed => {
+                assert!(damaged == 0 && late > injected / 2 && lost > 0, "{what}");
+            }
+            Fault::Truncated | Fault::Flipped | Fault::Garbage => {
+                assert!(damaged >= injected / 2 && late == 0, "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_damaged_line_does_not_disturb_the_lock_step() {
+    let (_, link) = flown_half_deaf(&Fault::ALL, 30, true);
+    assert!(link.damaged > 0 && link.late > 0 && link.lost > 0, "{link:?}");
+    // Both directions at once: the bits are not SIL's, for samples are missed, but nothing stops.
+    let (mut session, loaded, _) = armed_in(0.5, &[], true);
+    for (seed, direction) in (40..).zip(Direction::BOTH) {
+        session.inject(direction, Some(LinkFaults::new(seed, &Fault::ALL, 0.2)));
+    }
+    assert_eq!(fly(&loaded, &mut session, &mut Unobserved, None).unwrap().ticks, 500);
 }
 
 /// Takes off, then `line` gives the bytes of each tick until the failsafe; how many ticks it took,

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use ctrl_core::link::{Downlink, Health, Rejection, Telemetry, Uplink};
 use ctrl_core::vehicle::VehicleState;
+use sil_host::pil::line::Line;
 use sil_host::pil::lockstep::PATIENCE;
 use sil_host::pil::session::Session;
 
@@ -53,14 +54,14 @@ impl Vehicle {
     pub fn say_until_the_end(mut self, messages: &[Uplink]) -> String {
         let bytes = self.0.frames(messages).concat();
         let end = Instant::now() + PATIENCE;
-        let line = self.0.line();
-        while line.emulator().try_wait().unwrap().is_none() {
+        let Line::Fifos(fifos) = self.0.line() else { panic!("of an emulator") };
+        while fifos.emulator().try_wait().unwrap().is_none() {
             assert!(Instant::now() < end, "the run does not end");
-            line.send(&bytes).unwrap();
+            fifos.send(&bytes).unwrap();
             // Silent once the run has ended.
-            let _ = line.receive(Duration::from_millis(500));
+            let _ = fifos.receive(Duration::from_millis(500));
             thread::yield_now();
         }
-        read_all(line.emulator().stderr.take().unwrap())
+        read_all(fifos.emulator().stderr.take().unwrap())
     }
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use sil_host::cli::{LogArguments, PilArguments, RunArguments};
 use sil_host::log::format::Format;
 use sil_host::pil::emulator::Emulator;
+use sil_host::pil::fault::FaultDirection;
 use sil_host::pil::pil;
 use sil_host::run::run;
 
@@ -36,8 +37,21 @@ fn arguments(name: &str) -> RunArguments {
 
 fn on_the_image(run: RunArguments) -> PilArguments {
     let Emulator { program: qemu, image, shift } = emulator("firmware");
-    let (record, replay, fault, fault_rate) = (None, None, Vec::new(), 0.0);
-    PilArguments { run, qemu, image, shift, compare: true, record, replay, fault, fault_rate }
+    PilArguments {
+        run,
+        qemu,
+        image,
+        shift,
+        port: None,
+        baud: 0, // of a port, which there is none
+        lock_step: false,
+        compare: true,
+        record: None,
+        replay: None,
+        fault: Vec::new(),
+        fault_direction: FaultDirection::default(),
+        fault_rate: 0.0,
+    }
 }
 
 #[test]

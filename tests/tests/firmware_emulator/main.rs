@@ -8,6 +8,7 @@ mod emulator;
 mod in_the_loop;
 mod line_faults;
 mod link;
+mod lock_step;
 mod logs;
 mod replay;
 mod stored_parameters;

@@ -2,7 +2,8 @@
 
     python3 client.py docs/protocol.md LINK
 
-LINK: the FIFOs LINK.in and LINK.out of an emulated vehicle in lock step (docs/firmware.md). Framing
+LINK: the FIFOs LINK.in and LINK.out of an emulated vehicle (docs/firmware.md), or tcp:PORT, where the
+emulator puts the vehicle's serial port, for the link's own lock step. Framing
 comes from the code printed in the page, so that the page itself is what is tested. Prints what
 the vehicle said as one JSON object. Standard library only.
 """
@@ -11,14 +12,18 @@ import json
 import os
 import re
 import select
+import socket
 import struct
 import sys
+import time
 
 PATIENCE = 60.0  # longest wait for the vehicle [s]
 
 COMMAND, PARAMETER_AT, PARAMETER_READ, PARAMETER_WRITE, SUBSCRIBE = 1, 8, 9, 10, 12
+LOCK_STEP, STEP = 15, 16
 COMMANDS = {"arm": 0, "disarm": 1, "start": 2, "stop": 3}
-IDENTITY, ACKNOWLEDGEMENT, TELEMETRY, PARAMETER, HEALTH, IN_FORCE = 0, 1, 2, 3, 5, 6
+IDENTITY, ACKNOWLEDGEMENT, TELEMETRY, PARAMETER, HEALTH = 0, 1, 2, 3, 5
+IN_FORCE, STEPPED = 6, 7
 MODES = ["Disarmed", "Armed", "Flying", "Failsafe", "Locked"]
 REFUSALS = ["not armed", "state stale", "tilted", "fault", "in failsafe", "locked"]
 REJECTIONS = ["mode", "invalid", "unknown parameter", "no path", "wrong leg", "not now",
@@ -120,21 +125,21 @@ def parse(message):
     elif kind == IN_FORCE:
         said = {"origin": ORIGINS[fields.varint()], "generation": fields.varint(),
                 "changed": fields.bool()}
+    elif kind == STEPPED:
+        said = fields.varint()
     else:
         raise ValueError(f"message {kind} is not expected")
     fields.end()
     return kind, said
 
 
-class Vehicle:
-    """A vehicle in lock step: each packet from it is answered by a packet to it."""
+class Fifos:
+    """Packets: each from the vehicle is answered by one to it."""
 
-    def __init__(self, names, link):
-        self.names, self.sequence = names, 0
+    def __init__(self, link):
         # Opened for both directions, neither side waits for the other to open.
         self.to_vehicle = os.open(link + ".in", os.O_RDWR)
         self.from_vehicle = os.open(link + ".out", os.O_RDWR)
-        self.pending = b""
 
     def read(self, length):
         data = b""
@@ -144,10 +149,48 @@ class Vehicle:
             data += os.read(self.from_vehicle, length - len(data))
         return data
 
+    def send(self, data):
+        os.write(self.to_vehicle, struct.pack("<H", len(data)) + data)
+
+    def receive(self):
+        return self.read(*struct.unpack("<H", self.read(2)))
+
+
+class Wire:
+    """The serial port: bytes whenever they come."""
+
+    def __init__(self, port):
+        end = time.monotonic() + PATIENCE
+        while True:
+            try:
+                self.socket = socket.create_connection(("127.0.0.1", port), PATIENCE)
+                break
+            except ConnectionRefusedError:
+                assert time.monotonic() < end, "no emulator"
+                time.sleep(0.02)
+
+    def send(self, data):
+        self.socket.sendall(data)
+
+    def receive(self):
+        data = self.socket.recv(4096)
+        assert data, "the emulator has gone"
+        return data
+
+
+class Vehicle:
+    """A vehicle that goes on by one release of telemetry whenever something is said."""
+
+    def __init__(self, names, line):
+        self.names, self.line, self.sequence = names, line, 0
+        self.pending = b""
+
     def listen(self):
         """What the vehicle has sent until its next release of telemetry."""
-        length, = struct.unpack("<H", self.read(2))
-        *frames, self.pending = (self.pending + self.read(length)).split(b"\0")
+        return self.parse(self.line.receive())
+
+    def parse(self, data):
+        *frames, self.pending = (self.pending + data).split(b"\0")
         heard = []
         for frame in filter(None, frames):
             received = self.names["unframe"](frame)
@@ -155,12 +198,15 @@ class Vehicle:
             heard.append(parse(received[1]))
         return heard
 
-    def say(self, *messages):
-        packet = b""
+    def frames(self, *messages):
+        data = b""
         for message in messages:
-            packet += self.names["frame"](self.sequence, message)
+            data += self.names["frame"](self.sequence, message)
             self.sequence = (self.sequence + 1) & 0xFFFF
-        os.write(self.to_vehicle, struct.pack("<H", len(packet)) + packet)
+        return data
+
+    def say(self, *messages):
+        self.line.send(self.frames(*messages))
         return self.listen()
 
     def ask(self, kind, *messages, wanted=lambda said: True):
@@ -178,6 +224,37 @@ class Vehicle:
         sequence = self.sequence
         ours = lambda said: said["sequence"] == sequence
         return self.ask(ACKNOWLEDGEMENT, *messages, wanted=ours)["rejection"]
+
+
+class SteppedVehicle(Vehicle):
+    """A vehicle over a wire in the link's lock step: it goes on by one tick."""
+
+    def __init__(self, names, line):
+        super().__init__(names, line)
+        self.greeting = self.listen_for(IN_FORCE)
+        self.line.send(self.frames(bytes([LOCK_STEP, 1])))
+        entered = self.listen_for(STEPPED)
+        assert any(kind == ACKNOWLEDGEMENT and said["rejection"] is None for kind, said in entered)
+        self.uptime = entered[-1][1]
+
+    def listen_for(self, last):
+        """What is said until a message of that kind."""
+        heard = []
+        while not heard or heard[-1][0] != last:
+            heard += self.parse(self.line.receive())
+        return heard
+
+    def listen(self):
+        greeting, self.greeting = self.greeting, None
+        return greeting
+
+    def say(self, *messages):
+        self.uptime += 1
+        step = bytes([STEP]) + self.names["varint"](self.uptime)
+        self.line.send(self.frames(*messages) + b"\0" + self.frames(step))
+        *heard, stepped = self.listen_for(STEPPED)
+        assert stepped[1] == self.uptime
+        return heard
 
 
 def string(text):
@@ -237,7 +314,10 @@ def main(protocol, link):
     assert names["frame"](2, example) == state
     results = {"examples": [parse(names["unframe"](frame[:-1])[1]) for frame in answers]}
     at_rest = names["state"](0, position, (0, 0, 0), (0, 0, 1, 0), (0, 0, 0))
-    vehicle = Vehicle(names, link)
+    if link.startswith("tcp:"):
+        vehicle = SteppedVehicle(names, Wire(int(link[4:])))
+    else:
+        vehicle = Vehicle(names, Fifos(link))
     results |= converse(vehicle, ("cascade.k1", 0.4375), ("cascade.M1", 9.0), at_rest)
     json.dump(results, sys.stdout)
 

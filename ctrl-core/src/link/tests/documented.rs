@@ -117,6 +117,9 @@ fn numbers_of_messages_modes_and_commands() {
     numbered(variant(&Uplink::Subscribe { period: 1 }), "Subscribe");
     numbered(variant(&Uplink::FaultAcknowledge), "FaultAcknowledge");
     numbered(variant(&Uplink::ParametersForget), "ParametersForget");
+    numbered(variant(&Uplink::LockStep(true)), "LockStep");
+    numbered(variant(&Uplink::Step { uptime_ticks: 0 }), "Step");
+    numbered(variant(&Downlink::Stepped { uptime_ticks: 0 }), "Stepped");
     let value = ParameterValue { index: 0, count: 0, name: name(), value: 0.0 };
     let obeyed = Acknowledgement { sequence: 1, result: Ok(()) };
     numbered(variant(&Downlink::Acknowledgement(obeyed)), "Acknowledgement");

@@ -32,7 +32,10 @@ impl Random {
     }
 }
 
-const KINDS: [fn(&mut Random, Vec<u8>) -> Vec<u8>; 12] = [
+/// Damages a frame without its zero.
+type Damage = fn(&mut Random, Vec<u8>) -> Vec<u8>;
+
+const KINDS: [Damage; 12] = [
     bit_flipped,
     bits_flipped,
     byte_replaced,
@@ -211,6 +214,6 @@ fn downlink() -> Vec<Downlink> {
 fn a_million_damaged_frames_are_judged_by_their_checksums_and_none_passes() {
     let up = damaged_frames_with_a_right_checksum(&uplink(), 0x9E37_79B9_7F4A_7C15);
     let down = damaged_frames_with_a_right_checksum(&downlink(), 0xD1B5_4A32_D192_ED03);
-    assert!(2 * FRAMES >= 1_000_000);
+    const { assert!(2 * FRAMES >= 1_000_000) }
     assert_eq!((up, down), (0, 0));
 }

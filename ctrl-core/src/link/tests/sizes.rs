@@ -76,6 +76,8 @@ fn longest_uplink_messages() {
         (Uplink::Subscribe { period: u16::MAX }, 4),
         (Uplink::FaultAcknowledge, 1),
         (Uplink::ParametersForget, 1),
+        (Uplink::LockStep(true), 2),
+        (Uplink::Step { uptime_ticks: u64::MAX }, 11),
     ] {
         assert_eq!(length(&message), bytes, "{message:?}");
     }
@@ -151,6 +153,7 @@ fn longest_downlink_messages() {
         (Downlink::Fault(fault), 179),
         (Downlink::Health(health), 106),
         (Downlink::ParametersInForce(in_force), 8),
+        (Downlink::Stepped { uptime_ticks: u64::MAX }, 11),
     ] {
         assert_eq!(length(&message), bytes, "{message:?}");
     }

@@ -10,6 +10,7 @@
 //! | `ticks=N` | end the run with success at control tick N |
 //! | `provoke=panic`, `hard-fault`, `overrun` | do so from tick 500 on, unless after a fault |
 //! | `link=PATH` | the link in lock step over FIFOs, see [`lockstep`] |
+//! | `lock-step-timeout=N` | lock step ends after N seconds of virtual time without a step |
 //! | `parameters=PATH` | the file that parameters are kept in, see [`parameter_file`] |
 //!
 //! Without a link, a boot after a fault writes the report to standard error as plain text and ends
@@ -95,8 +96,12 @@ impl Board for Emulator {
         }
     }
 
-    fn receive(receiver: &mut Rx<USART2>) -> Option<u8> {
-        lockstep::receive().or_else(|| receiver.read().ok())
+    fn receive(receiver: &mut Rx<USART2>, mut take: impl FnMut(u8)) {
+        if lockstep::receive(&mut take).is_none() {
+            while let Ok(byte) = receiver.read() {
+                take(byte);
+            }
+        }
     }
 
     fn transmit(transmitter: &mut Tx<USART2>, frame: &[u8]) {
@@ -111,6 +116,11 @@ impl Board for Emulator {
         if lockstep::exchange() {
             cortex_m::peripheral::NVIC::pend(Interrupt::USART2);
         }
+    }
+
+    /// Idle time passes some hundred times as fast as on the wall: long enough for a busy host.
+    fn lock_step_timeout() -> u32 {
+        LOCK_STEP_TIMEOUT.load(Relaxed)
     }
 
     /// Lets time pass in large blocks that are quick to emulate. Waiting for an interrupt would let
@@ -135,6 +145,8 @@ const PROVOKE_AT: u32 = 500;
 
 /// Tick that ends the run.
 static TICKS: AtomicU32 = AtomicU32::new(u32::MAX);
+/// When lock step ends [s].
+static LOCK_STEP_TIMEOUT: AtomicU32 = AtomicU32::new(100_000);
 /// Index of the fault to provoke in [`FAULTS`]; past its end for none.
 static FAULT: AtomicU8 = AtomicU8::new(u8::MAX);
 /// Latest duty cycle of each rotor.
@@ -148,6 +160,10 @@ fn read_directives() {
     for argument in arguments.into_iter().flatten() {
         if let Some(ticks) = argument.strip_prefix("ticks=").and_then(|n| n.parse().ok()) {
             TICKS.store(ticks, Relaxed);
+        }
+        let timeout = argument.strip_prefix("lock-step-timeout=");
+        if let Some(timeout) = timeout.and_then(|n| n.parse().ok()) {
+            LOCK_STEP_TIMEOUT.store(timeout, Relaxed);
         }
         if let Some(path) = argument.strip_prefix("link=") {
             lockstep::open(path);
