@@ -67,6 +67,9 @@ pub fn tune(arguments: &TuneArguments) -> Result<bool, TuneError> {
         std::fs::write(path, &text)
             .map_err(|error| TuneError::Output(path.clone(), error.to_string()))?;
     }
+    if !arguments.no_check && !arguments.quiet {
+        eprintln!("{}: flying the check", proposal.request.name);
+    }
     let checked =
         if arguments.no_check { None } else { Some(check(&proposal).map_err(TuneError::Check)?) };
     let passed = checked.as_ref().is_none_or(Check::passed);
