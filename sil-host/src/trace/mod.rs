@@ -1,8 +1,8 @@
 //! The trace of a flight as CSV; `docs/trace.md` defines its columns.
 //!
 //! Numbers are the shortest decimals that read back as the same `f32` (V: `f64`), which keeps a row
-//! half as long as in `f64`. Time alone is written with fixed decimals. A [`row`] takes its numbers out
-//! of a tick, [`text`] writes them, and the [`writer`] does that beside the flight.
+//! half as long as in `f64`. Time alone is written with fixed decimals. A `row` takes its numbers out
+//! of a tick, `text` writes them, and the `writer` does that beside the flight.
 
 mod row;
 mod text;
