@@ -85,6 +85,18 @@ const WRENCH: Topic = Topic {
             "`tau` (34), (37), body",
             Vector(|m| m.sample.output.wrench.torque_body),
         ),
+        field(
+            "applied_thrust",
+            "N",
+            "what acts: the command, unless the scenario has an `[actuation]`",
+            Float(|m| m.sample.applied.thrust as f32),
+        ),
+        field(
+            "applied_torque",
+            "N m",
+            "likewise, body",
+            Vector(|m| m.sample.applied.torque_body.as_vec3()),
+        ),
     ],
 };
 

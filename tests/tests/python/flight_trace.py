@@ -16,7 +16,13 @@ FIELDS = {
         "left": "reference_left",
     },
     "errors": {"position": "position_error", "attitude": "attitude_error"},
-    "wrench": {"thrust": "thrust", "torque_demand": "torque_demand", "torque": "torque"},
+    "wrench": {
+        "thrust": "thrust",
+        "torque_demand": "torque_demand",
+        "torque": "torque",
+        "applied_thrust": "applied_thrust",
+        "applied_torque": "applied_torque",
+    },
     "estimates": {
         "mass": "mass_estimate",
         "inertia": "inertia_estimate",

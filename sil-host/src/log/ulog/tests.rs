@@ -69,17 +69,14 @@ fn facts_and_formats_are_as_described() {
     let file = written(|_| ());
     let messages = messages(&file);
     let has = |kind, body: &[u8]| messages.contains(&(kind, body));
-    assert!(has(
-        b'F',
-        b"gyrfalcon_wrench:uint64_t timestamp;float thrust;float[3] torque_demand;float[3] torque;"
-    ));
+    assert!(has(b'F', b"gyrfalcon_auxiliary:uint64_t timestamp;float[4] attitude;float[3] rate;"));
     assert!(has(
         b'F',
         b"vehicle_attitude:uint64_t timestamp;uint64_t timestamp_sample;float[4] q;"
     ));
     assert!(has(b'I', b"\x10char[1] scenarioa"));
     assert!(has(b'I', b"\x0duint64_t seed\x08\x07\x06\x05\x04\x03\x02\x01"));
-    let units = "gyrfalcon_wrench: thrust [N], torque_demand [N m], torque [N m]";
+    let units = "gyrfalcon_auxiliary: attitude [-], rate [rad/s]";
     let key = format!("char[{}] units", units.len());
     assert!(has(b'M', &[&[0, key.len() as u8], key.as_bytes(), units.as_bytes()].concat()));
 }
