@@ -53,23 +53,28 @@ fn flown_through(kinds: &[Fault], seed: u64) -> (u32, LinkStatistics) {
     (injected, health.link)
 }
 
+/// What a decoder that met `injected` faults of this kind has counted.
+fn assert_counted(kind: Fault, injected: u32, link: LinkStatistics) {
+    let LinkStatistics { damaged, foreign, malformed, late, lost, .. } = link;
+    let what = format!("{kind:?}, {injected} injected: {link:?}");
+    assert_eq!((foreign, malformed), (0, 0), "{what}");
+    match kind {
+        Fault::Lost => assert_eq!((damaged, late, lost), (0, 0, injected), "{what}"),
+        Fault::Duplicated => assert_eq!((damaged, late, lost), (0, injected, 0), "{what}"),
+        Fault::Reordered | Fault::Delayed => {
+            assert!(damaged == 0 && late > injected / 2 && lost > 0, "{what}");
+        }
+        Fault::Truncated | Fault::Flipped | Fault::Garbage => {
+            assert!(damaged >= injected / 2 && late == 0, "{what}");
+        }
+    }
+}
+
 #[test]
 fn every_fault_of_the_line_is_counted_dropped_and_flown_through() {
     for (seed, kind) in Fault::ALL.into_iter().enumerate() {
         let (injected, link) = flown_through(&[kind], seed as u64);
-        let LinkStatistics { damaged, foreign, malformed, late, lost, .. } = link;
-        let what = format!("{kind:?}, {injected} injected: {link:?}");
-        assert_eq!((foreign, malformed), (0, 0), "{what}");
-        match kind {
-            Fault::Lost => assert_eq!((damaged, late, lost), (0, 0, injected), "{what}"),
-            Fault::Duplicated => assert_eq!((damaged, late, lost), (0, injected, 0), "{what}"),
-            Fault::Reordered | Fault::Delayed => {
-                assert!(damaged == 0 && late > injected / 2 && lost > 0, "{what}");
-            }
-            Fault::Truncated | Fault::Flipped | Fault::Garbage => {
-                assert!(damaged >= injected / 2 && late == 0, "{what}");
-            }
-        }
+        assert_counted(kind, injected, link);
     }
 }
 
@@ -101,19 +106,7 @@ fn flown_half_deaf(kinds: &[Fault], seed: u64, in_step: bool) -> (u32, LinkStati
 fn every_fault_of_the_line_from_the_vehicle_is_counted_dropped_and_flown_through() {
     for (seed, kind) in (20..).zip(Fault::ALL) {
         let (injected, link) = flown_half_deaf(&[kind], seed, false);
-        let LinkStatistics { damaged, foreign, malformed, late, lost, .. } = link;
-        let what = format!("{kind:?}, {injected} injected: {link:?}");
-        assert_eq!((foreign, malformed), (0, 0), "{what}");
-        match kind {
-            Fault::Lost => assert_eq!((damaged, late, lost), (0, 0, injected), "{what}"),
-            Fault::Duplicated => assert_eq!((damaged, late, lost), (0, injected, 0), "{what}"),
-            Fault::Reordered | Fault::Delayed => {
-                assert!(damaged == 0 && late > injected / 2 && lost > 0, "{what}");
-            }
-            Fault::Truncated | Fault::Flipped | Fault::Garbage => {
-                assert!(damaged >= injected / 2 && late == 0, "{what}");
-            }
-        }
+        assert_counted(kind, injected, link);
     }
 }
 
