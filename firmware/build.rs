@@ -13,11 +13,11 @@ mod vehicle;
 
 use ctrl_core::allocation::Allocator;
 use ctrl_core::controller::TrackingController;
-use ctrl_core::link::ControllerKind;
 use ctrl_core::mode::Supervisor;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use document::{ControllerConfig, Document, Flown, Tuning};
+use link::ControllerKind;
 use vehicle::VehicleConfig;
 
 /// Outputs of a board; `firmware::vehicle::ROTORS`.
@@ -32,7 +32,7 @@ const PAPER: [&str; 2] = ["paper-robust-adaptive", "paper-saturated"];
 fn main() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace").to_owned();
     link(&root);
-    let directory = root.join("sil-host/scenarios");
+    let directory = root.join("scenarios");
     println!("cargo:rerun-if-changed={}", directory.display());
     println!("cargo:rerun-if-env-changed=GYRFALCON_SCENARIO");
     println!("cargo:rerun-if-env-changed=GYRFALCON_CONTROL_RATE");
@@ -136,8 +136,8 @@ fn link(root: &Path) {
 
 /// Name and path of each scenario.
 fn scenario_files(directory: &Path) -> impl Iterator<Item = (String, PathBuf)> {
-    let entries = fs::read_dir(directory).expect("sil-host/scenarios");
-    let paths = entries.map(|entry| entry.expect("sil-host/scenarios").path());
+    let entries = fs::read_dir(directory).expect("scenarios");
+    let paths = entries.map(|entry| entry.expect("scenarios").path());
     paths
         .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
         .map(|path| (path.file_stem().expect("a name").to_string_lossy().into_owned(), path))

@@ -17,7 +17,6 @@ pub mod config;
 pub mod controller;
 pub mod error;
 pub mod jet;
-pub mod link;
 pub mod mode;
 pub mod reference;
 pub mod robust_adaptive;

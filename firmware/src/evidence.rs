@@ -5,8 +5,8 @@
 //! that no start-up code touches.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-use ctrl_core::link::{FaultKind, FaultReport, REGISTERS, TEXT_MAX};
 use heapless::String;
+use link::{FaultKind, FaultReport, REGISTERS, TEXT_MAX};
 
 /// Size of an encoded report in words: checksum, mark, kind, uptime, line, length, registers, text.
 pub const WORDS: usize = 6 + REGISTERS + TEXT_MAX / 4;

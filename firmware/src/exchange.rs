@@ -1,9 +1,9 @@
 //! What the control group and the groups below it hand to each other, under short locks.
 
-use ctrl_core::link::{GROUPS, GroupHealth, Health, LinkStatistics, Telemetry};
 use ctrl_core::mode::{Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
+use link::{GROUPS, GroupHealth, Health, LinkStatistics, Telemetry};
 
 use crate::flight_control::Inputs;
 use crate::law::Law;

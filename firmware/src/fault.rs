@@ -7,7 +7,7 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
-use ctrl_core::link::{FaultKind, FaultReport, REGISTERS};
+use link::{FaultKind, FaultReport, REGISTERS};
 
 use crate::board::{Active, Board};
 use crate::evidence::{self, WORDS};

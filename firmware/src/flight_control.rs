@@ -6,13 +6,13 @@
 use ctrl_core::allocation::{Allocator, Limited, RotorGeometry, RotorThrusts};
 use ctrl_core::controller::{StepOutput, StepStatus};
 use ctrl_core::error::ConfigError;
-use ctrl_core::link::Telemetry;
 use ctrl_core::mode::{
     Cause, Command, Conditions, Mode, Refusal, SAFE, Supervisor, SupervisorConfig, SupervisorState,
 };
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{VehicleState, Wrench};
 use glam::Vec3;
+use link::Telemetry;
 
 use crate::law::Law;
 

@@ -1,8 +1,8 @@
 //! Short histories of control periods under the shipped vehicle and the flown scenario.
 
-use ctrl_core::link::ControllerKind;
 use ctrl_core::vehicle::Wrench;
 use glam::{Quat, Vec3};
+use link::ControllerKind;
 
 use super::*;
 use crate::scenario::{Tuning, flown};

@@ -2,13 +2,13 @@
 
 use ctrl_core::controller::{Auxiliary, Estimates, StepOutput, TrackingController};
 use ctrl_core::error::ConfigError;
-use ctrl_core::link::ControllerKind;
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::{RobustAdaptive, RobustAdaptiveState};
 use ctrl_core::saturated::{Saturated, SaturatedState};
 use ctrl_core::trajectory::Trajectory;
 use ctrl_core::vehicle::VehicleState;
 use glam::Quat;
+use link::ControllerKind;
 
 use crate::scenario::Tuning;
 

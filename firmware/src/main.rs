@@ -25,9 +25,6 @@ mod app {
     use core::sync::atomic::Ordering::Relaxed;
 
     use cortex_m::peripheral::SCB;
-    use ctrl_core::link::{
-        Decoder, Downlink, Encoder, Health, LinkStatistics, MAX_FRAME, ParametersInForce, Uplink,
-    };
     use ctrl_core::mode::Mode;
     use firmware::board::peripherals::{
         Peripherals, Rotors, WATCHDOG_TIMEOUT, now, start_control_tick,
@@ -44,6 +41,9 @@ mod app {
     use firmware::stored_parameters::{SetError, put_in_force};
     use firmware::{rates, scenario, vehicle};
     use heapless::spsc::{Consumer, Producer, Queue};
+    use link::{
+        Decoder, Downlink, Encoder, Health, LinkStatistics, MAX_FRAME, ParametersInForce, Uplink,
+    };
     use stm32f4xx_hal::pac::{Interrupt, USART2};
     use stm32f4xx_hal::prelude::*;
     use stm32f4xx_hal::serial::{Rx, Tx};

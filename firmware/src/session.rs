@@ -5,17 +5,17 @@
 //! state-input group, never in the control group.
 
 use ctrl_core::error::ConfigError;
-use ctrl_core::link::{
-    Acknowledgement, ControllerKind, Downlink, FaultReport, Identity, ParameterOrigin,
-    ParameterValue, Parameters, ParametersInForce, PathUpload, Received, Rejection,
-    TrajectorySelection, Uplink,
-};
 use ctrl_core::mode::{Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::{AnyTrajectory, TrajectoryConfig};
 use ctrl_core::vehicle::VehicleState;
 use glam::Vec3;
 use heapless::{Deque, String};
+use link::{
+    Acknowledgement, ControllerKind, Downlink, FaultReport, Identity, ParameterOrigin,
+    ParameterValue, Parameters, ParametersInForce, PathUpload, Received, Rejection,
+    TrajectorySelection, Uplink,
+};
 
 use crate::evidence::append;
 use crate::law::Law;

@@ -2,8 +2,8 @@
 
 use std::vec::Vec;
 
-use ctrl_core::link::{FaultKind, REGISTERS};
 use ctrl_core::trajectory::{HoverConfig, Leg};
+use link::{FaultKind, REGISTERS};
 
 use super::*;
 use crate::scenario::flown;

@@ -5,7 +5,7 @@ use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::error::ConfigError;
-use ctrl_core::link::{ControllerKind, ParameterOrigin, Parameters, ParametersInForce};
+use link::{ControllerKind, ParameterOrigin, Parameters, ParametersInForce};
 use serde::{Deserialize, Serialize};
 
 use crate::law::Law;
@@ -26,7 +26,7 @@ pub enum StoredParameters {
     Kept(Kept),
 }
 
-/// Parameters in the order of the tables in `ctrl_core::link`.
+/// Parameters in the order of the tables in `link`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Kept {
     /// Checksum of all names, in order: other firmware may have other parameters.

@@ -4,7 +4,7 @@
 
 use std::{fs, path::Path};
 
-use ctrl_core::link::{
+use link::{
     ControllerKind, Downlink, Encoder, MAX_FRAME, Message, TrajectorySelection, Uplink,
 };
 use ctrl_core::mode::Command;

@@ -5,7 +5,7 @@
 #![no_main]
 
 use crc::{CRC_32_ISO_HDLC, Crc};
-use ctrl_core::link::{
+use link::{
     Decoder, Downlink, Encoder, FaultKind, FaultReport, LinkStatistics, MAX_FRAME, Message,
     REGISTERS, Uplink,
 };

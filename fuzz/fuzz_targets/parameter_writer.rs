@@ -4,7 +4,7 @@
 //! as little-endian `f32`. A place past the end of the list stands for a name that is none.
 #![no_main]
 
-use ctrl_core::link::{ControllerKind, Downlink, ParameterValue, Rejection, Uplink};
+use link::{ControllerKind, Downlink, ParameterValue, Rejection, Uplink};
 use ctrl_core::mode::Mode;
 use ctrl_core::reference::Reference;
 use firmware::session::{Progress, Session};

@@ -3,7 +3,7 @@
 //! The input is postcard messages to the vehicle, one after the other, as far as they parse.
 #![no_main]
 
-use ctrl_core::link::{Rejection, TrajectorySelection, Uplink};
+use link::{Rejection, TrajectorySelection, Uplink};
 use ctrl_core::mode::Mode;
 use ctrl_core::reference::Reference;
 use firmware::session::{Progress, Session};

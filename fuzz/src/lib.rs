@@ -1,7 +1,7 @@
 //! What the fuzz targets share: a session without hardware, and what every law promises.
 
 use ctrl_core::controller::TrackingController;
-use ctrl_core::link::{
+use link::{
     Acknowledgement, Downlink, ParametersInForce, Received, Rejection, Uplink,
 };
 use ctrl_core::mode::Mode;

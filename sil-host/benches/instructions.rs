@@ -16,12 +16,12 @@ use ctrl_core::controller::TrackingController;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::Trajectory;
-use sil_host::closed_loop::{Observer, Unobserved};
-use sil_host::guarantee::Guarantees;
-use sil_host::guarantee::lyapunov::{Evaluation, Evaluator};
 use sil_host::results::Results;
-use sil_host::sample::Sample;
-use sil_host::scenario::{ControllerConfig, LoadedScenario};
+use sim::closed_loop::{Observer, Unobserved};
+use sim::guarantee::Guarantees;
+use sim::guarantee::lyapunov::{Evaluation, Evaluator};
+use sim::sample::Sample;
+use sim::scenario::{ControllerConfig, LoadedScenario};
 use toml_edit::Document;
 
 const LIMITS: &str = include_str!("instructions.toml");

@@ -12,12 +12,12 @@ use ctrl_core::vehicle::Wrench;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::Vec3;
-use sil_host::closed_loop::{Observer, Unobserved};
-use sil_host::plant::Disturbance;
-use sil_host::plant::disturbance::DisturbanceProcess;
-use sil_host::plant::rigid_body::RigidBody;
 use sil_host::run::Watch;
-use sil_host::scenario::{ControllerConfig, LoadedScenario, Scenario};
+use sim::closed_loop::{Observer, Unobserved};
+use sim::plant::Disturbance;
+use sim::plant::disturbance::DisturbanceProcess;
+use sim::plant::rigid_body::RigidBody;
+use sim::scenario::{ControllerConfig, LoadedScenario, Scenario};
 
 const PAPER: [&str; 2] = ["paper-robust-adaptive", "paper-saturated"];
 /// Calls in one measurement of a part of a tick.

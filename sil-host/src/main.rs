@@ -8,8 +8,8 @@ use sil_host::cli::{Cli, Command, PilArguments, RunArguments, TuneArguments};
 use sil_host::pil::{PilError, pil};
 use sil_host::report;
 use sil_host::run::{RunError, run};
-use sil_host::scenario::{BUILT_IN, BuiltIn};
 use sil_host::tune::{TuneError, tune};
+use sim::scenario::{BUILT_IN, BuiltIn};
 
 const VIOLATED: u8 = 1;
 const WRONG_USAGE: u8 = 2;

@@ -6,9 +6,10 @@ use serde_json::json;
 
 use crate::asset;
 use crate::figure::svg::escape;
-use crate::guarantee::{Requirement, Verdict};
 use crate::replay3d::Track;
-use crate::report::{Outcome, bound, number};
+use crate::report::{Outcome, bound};
+use sim::guarantee::{Requirement, Verdict};
+use sim::number::number;
 
 /// The page of one flight; `figures` are SVG documents, `track` is what it replays.
 #[must_use]
@@ -70,7 +71,7 @@ fn table(verdicts: &[Verdict]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::guarantee::verdict::Extreme;
+    use sim::guarantee::verdict::Extreme;
 
     fn outcome(observed: f64) -> Outcome {
         let row = ("thrust <peak>", "(7)", "N");

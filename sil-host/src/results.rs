@@ -4,15 +4,15 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::closed_loop::Observer;
 use crate::figure::{Recorder, catalogue};
-use crate::guarantee::lyapunov::Evaluation;
 use crate::page;
 use crate::replay3d::{FrameRecorder, Track};
 use crate::report::Outcome;
-use crate::sample::Sample;
-use crate::scenario::Scenario;
 use crate::trace::TraceWriter;
+use sim::closed_loop::Observer;
+use sim::guarantee::lyapunov::Evaluation;
+use sim::sample::Sample;
+use sim::scenario::Scenario;
 
 /// Frames that the page replays.
 const FRAMES: usize = 600;

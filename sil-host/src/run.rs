@@ -5,16 +5,16 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::cli::RunArguments;
-use crate::closed_loop::Observer;
-use crate::guarantee::Guarantees;
-use crate::guarantee::lyapunov::Evaluator;
 use crate::log::FlightLog;
 use crate::log::description::Description;
 use crate::progress::Progress;
 use crate::report::{self, Outcome};
 use crate::results::Results;
-use crate::sample::Sample;
-use crate::scenario::{LoadedScenario, Scenario, ScenarioError};
+use sim::closed_loop::Observer;
+use sim::guarantee::Guarantees;
+use sim::guarantee::lyapunov::Evaluator;
+use sim::sample::Sample;
+use sim::scenario::{LoadedScenario, Scenario, ScenarioError};
 
 /// Updates of the progress display in a flight.
 const UPDATES: u64 = 100;

@@ -39,7 +39,7 @@ fn lists_the_built_in_scenarios() {
     assert!(output.status.success());
     let lines = printed(&output);
     assert!(lines.starts_with("paper-robust-adaptive  Paper's rising circle"), "{lines}");
-    assert_eq!(lines.lines().count(), sil_host::scenario::BUILT_IN.len());
+    assert_eq!(lines.lines().count(), sim::scenario::BUILT_IN.len());
 }
 
 #[test]

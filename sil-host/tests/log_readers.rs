@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 use sil_host::log::description::Description;
-use sil_host::scenario::LoadedScenario;
+use sim::scenario::LoadedScenario;
 
 /// How both of the paper's scenarios are flown here.
 const CHANGES: [&str; 2] = ["duration=4", "initial.tilt_deg=60"];

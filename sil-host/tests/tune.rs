@@ -8,17 +8,17 @@ use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
-use sil_host::closed_loop::Observer;
-use sil_host::guarantee::lyapunov::Evaluator;
-use sil_host::guarantee::tracking::rotation_angle;
-use sil_host::guarantee::{Guarantees, Requirement};
-use sil_host::sample::Sample;
-use sil_host::scenario::{BUILT_IN, ControllerConfig, LoadedScenario};
 use sil_host::tune::check::check;
 use sil_host::tune::design::{accept, audit, with_margin};
 use sil_host::tune::proposal::Proposal;
 use sil_host::tune::request::{Request, WantedOptions};
 use sil_host::tune::survey::Which;
+use sim::closed_loop::Observer;
+use sim::guarantee::lyapunov::Evaluator;
+use sim::guarantee::tracking::rotation_angle;
+use sim::guarantee::{Guarantees, Requirement};
+use sim::sample::Sample;
+use sim::scenario::{BUILT_IN, ControllerConfig, LoadedScenario};
 
 /// A vehicle of 20 kg with a fourfold interval of inertia.
 const HEAVY: &str = "

@@ -7,12 +7,12 @@ use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use glam::{DMat4, DQuat, DVec3, DVec4, Vec3};
-use sil_host::plant::rigid_body::RigidBody;
-use sil_host::plant::{Disturbance, PlantParameters, PlantState};
-use sil_host::scenario::{ControllerConfig, LoadedScenario};
 use sil_host::tune::hover::{Corner, Hover, Loop};
 use sil_host::tune::request::{Request, WantedOptions};
 use sil_host::tune::{design::design, pole::Pole};
+use sim::plant::rigid_body::RigidBody;
+use sim::plant::{Disturbance, PlantParameters, PlantState};
+use sim::scenario::{ControllerConfig, LoadedScenario};
 
 /// What moves at hover.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,8 @@
 
 use ctrl_core::vehicle::Wrench;
 use glam::{DQuat, DVec3};
-use sil_host::plant::rigid_body::RigidBody;
-use sil_host::plant::{Disturbance, PlantParameters, PlantState};
+use sim::plant::rigid_body::RigidBody;
+use sim::plant::{Disturbance, PlantParameters, PlantState};
 
 use crate::paper_example::Circle;
 use crate::transcription::{Quaternion, Truth};

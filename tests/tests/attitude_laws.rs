@@ -5,7 +5,7 @@ use ctrl_core::controller::TrackingController;
 use ctrl_core::rotation::{from_axes, inverse_mul, quaternion_rate, renormalised};
 use ctrl_core::vehicle::{VehicleState, Wrench};
 use glam::{DQuat, DVec3, Mat3, Quat};
-use sil_host::plant::{Disturbance, PlantState};
+use sim::plant::{Disturbance, PlantState};
 use system_tests::flight::{Held, fly, start};
 use system_tests::paper_example::{Circle, ROBUST_ADAPTIVE_GAINS, SATURATED_GAINS};
 use system_tests::random::Source;

@@ -6,7 +6,7 @@ use ctrl_core::reference::Reference;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::vehicle::VehicleState;
 use glam::Vec3;
-use sil_host::scenario::{ControllerConfig, LoadedScenario};
+use sim::scenario::{ControllerConfig, LoadedScenario};
 
 fn controller() -> Saturated {
     let loaded = LoadedScenario::open("paper-saturated", &[]).unwrap();

@@ -9,7 +9,7 @@
 use ctrl_core::controller::TrackingController;
 use ctrl_core::vehicle::Wrench;
 use glam::DVec3;
-use sil_host::plant::{Disturbance, PlantState};
+use sim::plant::{Disturbance, PlantState};
 use system_tests::flight::{Held, fly, start, truth};
 use system_tests::paper_example::{Circle, ROBUST_ADAPTIVE_GAINS, SATURATED_GAINS};
 use system_tests::single_precision::{

@@ -3,7 +3,7 @@
 
 use ctrl_core::controller::{StepStatus, TrackingController};
 use glam::DVec3;
-use sil_host::plant::{Disturbance, PlantState};
+use sim::plant::{Disturbance, PlantState};
 use system_tests::accuracy::Accuracy;
 use system_tests::flight::{Held, fly, start, truth};
 use system_tests::paper_example::{Circle, ROBUST_ADAPTIVE_GAINS, SATURATED_GAINS};

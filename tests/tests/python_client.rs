@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use ctrl_core::config::SaturatedConfig;
-use ctrl_core::link::{ControllerKind, Parameters, Rejection};
 use ctrl_core::saturated::Saturated;
 use firmware::scenario::flown;
+use link::{ControllerKind, Parameters, Rejection};
 use serde_json::{Value, json};
 
 use emulator::{finish, text};

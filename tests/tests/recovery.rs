@@ -3,7 +3,7 @@
 //! Controller 2 has 0.05 N m to turn a vehicle that lies nearly on its back; it falls meanwhile. The
 //! auxiliary system has to carry what the torque cannot, without winding up.
 
-use sil_host::plant::disturbance::Noise;
+use sim::plant::disturbance::Noise;
 use system_tests::grid::{Case, Kind, Outcome, STEP_PERIODS, fly_all};
 
 /// Starts of a sweep.

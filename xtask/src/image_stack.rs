@@ -25,7 +25,7 @@ const POINTERS: &[KnownPointer] = &[
             "defmt_rtt::channel::Channel::nonblocking_write",
         ],
     },
-    // The table of parameters (`ctrl_core::link::parameter`) has a function a field.
+    // The table of parameters (`link::parameter`) has a function a field.
     KnownPointer {
         caller: "firmware::session::Session",
         targets: &["core::ops::function::FnOnce::call_once"],

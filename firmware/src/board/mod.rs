@@ -17,9 +17,9 @@ pub use emulator::Emulator as Active;
 pub use f405::F405 as Active;
 
 use cortex_m::peripheral::{DCB, DWT};
-use ctrl_core::link::FaultReport;
 use embedded_hal::pwm::SetDutyCycle;
 use embedded_storage::nor_flash::NorFlash;
+use link::FaultReport;
 use stm32f4xx_hal::gpio::{PA6, PA7, PB0, PB1};
 use stm32f4xx_hal::pac::{FLASH, TIM3, TIM5, USART2};
 use stm32f4xx_hal::prelude::*;

@@ -1,8 +1,8 @@
 //! The part of a scenario file that a vehicle needs; `build.rs` reads it from TOML with this file.
 
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
-use ctrl_core::link::ControllerKind;
 use ctrl_core::trajectory::TrajectoryConfig;
+use link::ControllerKind;
 use serde::{Deserialize, Serialize};
 
 /// Controller and trajectory of a scenario. What only a simulation needs is left out.

@@ -1,4 +1,4 @@
-//! The scenarios of `sil-host/scenarios`, carried in the image: each number has one source.
+//! The scenarios of `scenarios`, carried in the image: each number has one source.
 //!
 //! `build.rs` turns each TOML file into postcard bytes; [`Scenario::load`] reads them back.
 
@@ -44,9 +44,9 @@ include!(concat!(env!("OUT_DIR"), "/scenarios.rs"));
 mod tests {
     use super::*;
     use ctrl_core::controller::TrackingController;
-    use ctrl_core::link::ControllerKind;
     use ctrl_core::robust_adaptive::RobustAdaptive;
     use ctrl_core::saturated::Saturated;
+    use link::ControllerKind;
 
     #[test]
     fn every_scenario_builds_a_controller_that_accepts_its_trajectory() {

@@ -13,7 +13,7 @@ macro_rules! built_in {
     ($($name:literal),* $(,)?) => {
         &[$(BuiltInCampaign {
             name: $name,
-            text: include_str!(concat!("../../campaigns/", $name, ".toml")),
+            text: include_str!(concat!("../../../campaigns/", $name, ".toml")),
         }),*]
     };
 }

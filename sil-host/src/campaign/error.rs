@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::run::RunError;
-use crate::scenario::ScenarioError;
+use sim::scenario::ScenarioError;
 
 /// Why a campaign could not be completed.
 #[derive(Clone, Debug)]

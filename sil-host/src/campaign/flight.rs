@@ -3,11 +3,11 @@
 use super::measures::{MEASURES, Measures};
 use super::plan::{Campaign, Guarantee};
 use super::row::{Observed, Outcome, Row};
-use crate::closed_loop::Observer;
-use crate::guarantee::lyapunov::Evaluator;
-use crate::guarantee::{Guarantees, Verdict};
-use crate::sample::Sample;
-use crate::scenario::{LoadedScenario, Scenario, ScenarioError};
+use sim::closed_loop::Observer;
+use sim::guarantee::lyapunov::Evaluator;
+use sim::guarantee::{Guarantees, Verdict};
+use sim::sample::Sample;
+use sim::scenario::{LoadedScenario, Scenario, ScenarioError};
 
 /// What came out of one run.
 #[derive(Clone, Debug)]

@@ -6,12 +6,12 @@ use core::f64::consts::PI;
 use ctrl_core::controller::StepStatus;
 use glam::DVec3;
 
-use crate::guarantee::angle::Angle;
-use crate::guarantee::lyapunov::Evaluation;
-use crate::guarantee::tracking::{heading, tilt};
-use crate::norm::Norm;
-use crate::sample::Sample;
-use crate::scenario::Scenario;
+use sim::guarantee::angle::Angle;
+use sim::guarantee::lyapunov::Evaluation;
+use sim::guarantee::tracking::{heading, tilt};
+use sim::norm::Norm;
+use sim::sample::Sample;
+use sim::scenario::Scenario;
 
 /// A column of the results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -202,10 +202,10 @@ impl Measures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::closed_loop::Observer;
-    use crate::guarantee::lyapunov::Evaluator;
-    use crate::guarantee::tracking::tilt_error;
-    use crate::scenario::LoadedScenario;
+    use sim::closed_loop::Observer;
+    use sim::guarantee::lyapunov::Evaluator;
+    use sim::guarantee::tracking::tilt_error;
+    use sim::scenario::LoadedScenario;
 
     /// Measures of a flight, and the flight itself.
     struct Both(Evaluator, Measures, Vec<Sample>);

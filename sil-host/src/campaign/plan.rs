@@ -9,8 +9,8 @@ use super::distribution::Distribution;
 use super::error::CampaignError;
 use super::read::Reader;
 use super::sampling::Point;
-use crate::scenario::document::TomlText;
-use crate::scenario::{LoadedScenario, Origin, ScenarioError};
+use sim::scenario::document::TomlText;
+use sim::scenario::{LoadedScenario, Origin, ScenarioError};
 
 /// A campaign that has been read and checked.
 #[derive(Clone, Debug)]

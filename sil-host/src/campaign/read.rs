@@ -7,9 +7,9 @@ use super::distribution::Distribution;
 use super::error::CampaignError;
 use super::plan::{Campaign, Guarantee, Parameter, Variant};
 use super::sampling::{SOBOL_DIMENSIONS_MAX, SOBOL_RUNS_MAX};
-use crate::guarantee::Guarantees;
-use crate::scenario::document::TomlText;
-use crate::scenario::{BuiltIn, LoadedScenario, ScenarioError};
+use sim::guarantee::Guarantees;
+use sim::scenario::document::TomlText;
+use sim::scenario::{BuiltIn, LoadedScenario, ScenarioError};
 
 /// Turns a definition into a campaign.
 pub(super) struct Reader<'a> {

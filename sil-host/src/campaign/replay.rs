@@ -1,7 +1,7 @@
 //! How to repeat a single run.
 
 use super::plan::{Campaign, Variant};
-use crate::scenario::BuiltIn;
+use sim::scenario::BuiltIn;
 
 impl Campaign {
     /// The command that repeats run `index` in `variant` by itself, with trace and figures; numbers

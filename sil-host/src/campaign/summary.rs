@@ -9,7 +9,8 @@ use super::error::CampaignError;
 use super::plan::Guarantee;
 use super::row::{Outcome, Row};
 use super::table::Results;
-use crate::report::{aligned, number};
+use crate::report::aligned;
+use sim::number::number;
 
 /// What came out of a campaign.
 #[derive(Clone, Debug, Serialize)]

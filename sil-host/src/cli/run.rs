@@ -44,7 +44,7 @@ impl RunArguments {
     #[must_use]
     pub fn scenarios(&self) -> Vec<String> {
         if self.scenarios.is_empty() {
-            crate::scenario::DEFAULT_SCENARIOS.map(str::to_owned).to_vec()
+            sim::scenario::DEFAULT_SCENARIOS.map(str::to_owned).to_vec()
         } else {
             self.scenarios.clone()
         }

@@ -8,8 +8,8 @@ use super::quantity::{
     path_styles, upper_bound, vector, vector_legend,
 };
 use super::record::{Recorder, channel};
-use crate::plant::PlantParameters;
-use crate::scenario::ControllerConfig;
+use sim::plant::PlantParameters;
+use sim::scenario::ControllerConfig;
 
 /// All figures of a flight.
 #[must_use]
@@ -204,10 +204,10 @@ fn path(recorder: &Recorder) -> Figure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::closed_loop::Observer;
-    use crate::guarantee::lyapunov::Evaluator;
-    use crate::sample::Sample;
-    use crate::scenario::LoadedScenario;
+    use sim::closed_loop::Observer;
+    use sim::guarantee::lyapunov::Evaluator;
+    use sim::sample::Sample;
+    use sim::scenario::LoadedScenario;
 
     struct Watch(Evaluator, Recorder);
 

@@ -4,10 +4,10 @@
 use ctrl_core::controller::Auxiliary;
 use glam::{DVec2, Vec3};
 
-use crate::guarantee::lyapunov::Evaluation;
-use crate::guarantee::tracking::{rotation_angle, tilt_error};
-use crate::sample::Sample;
 use crate::trace::inertia_estimate;
+use sim::guarantee::lyapunov::Evaluation;
+use sim::guarantee::tracking::{rotation_angle, tilt_error};
+use sim::sample::Sample;
 
 /// First index of each recorded quantity; vectors take three, `q_e` four (scalar first).
 pub mod channel {

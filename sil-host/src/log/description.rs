@@ -1,12 +1,12 @@
 //! What a log says of the whole flight.
 
 use ctrl_core::error::ConfigError;
-use ctrl_core::link::Parameters;
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::Trajectory;
 use ctrl_core::vehicle::WrenchBounds;
+use link::Parameters;
 
-use crate::scenario::{ControllerConfig, LoadedScenario, Scenario, ScenarioError};
+use sim::scenario::{ControllerConfig, LoadedScenario, Scenario, ScenarioError};
 
 /// The program's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -28,13 +28,13 @@ use std::path::Path;
 use ctrl_core::vehicle::WrenchBounds;
 
 use crate::cli::LogArguments;
-use crate::guarantee::Verdict;
-use crate::guarantee::lyapunov::Evaluation;
-use crate::sample::Sample;
 use description::Description;
 use format::Format;
 use moment::Moment;
 use note::{Note, StatusNotes};
+use sim::guarantee::Verdict;
+use sim::guarantee::lyapunov::Evaluation;
+use sim::sample::Sample;
 
 /// What each format does with what a flight shows.
 pub trait Writer: fmt::Debug {

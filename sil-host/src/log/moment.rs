@@ -4,8 +4,8 @@ use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::WrenchBounds;
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::guarantee::lyapunov::Evaluation;
-use crate::sample::Sample;
+use sim::guarantee::lyapunov::Evaluation;
+use sim::sample::Sample;
 
 /// One tick of a flight with all that is derived from it.
 #[derive(Clone, Copy, Debug)]

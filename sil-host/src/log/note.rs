@@ -2,8 +2,8 @@
 
 use ctrl_core::controller::StepStatus;
 
-use crate::guarantee::{Requirement, Verdict};
 use crate::report;
+use sim::guarantee::{Requirement, Verdict};
 
 /// How much a note matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +31,7 @@ impl Note {
     /// How a guarantee ended, at the end of the flight.
     #[must_use]
     pub fn verdict(verdict: &Verdict, time: f64) -> Self {
-        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), report::number);
+        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), sim::number::number);
         let Verdict { name, equation, unit, requirement, observed, .. } = verdict;
         let observed = number(*observed);
         let (level, text) = match requirement {
@@ -128,7 +128,7 @@ fn level(flag: StepStatus) -> Level {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::guarantee::verdict::Extreme;
+    use sim::guarantee::verdict::Extreme;
 
     const TORQUE: StepStatus = StepStatus::TORQUE_SATURATED;
     const HELD: StepStatus = StepStatus::OUTPUT_HELD;

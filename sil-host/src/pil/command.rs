@@ -18,11 +18,11 @@ use super::replay::{Replayed, replay};
 use super::session::Session;
 use super::set_up::set_up;
 use crate::cli::PilArguments;
-use crate::closed_loop::Observer;
 use crate::progress::Progress;
 use crate::report::{self, Outcome};
 use crate::run::{self, RunError};
-use crate::scenario::{ControllerConfig, LoadedScenario, start};
+use sim::closed_loop::Observer;
+use sim::scenario::{ControllerConfig, LoadedScenario, start};
 
 /// Updates of the progress display in a flight.
 const UPDATES: u64 = 100;

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use ctrl_core::controller::{Auxiliary, Estimates, StepOutput};
-use ctrl_core::link::Telemetry;
 use glam::Quat;
+use link::Telemetry;
 
 /// Names of the compared numbers, as in `docs/trace.md` where it has them.
 const FIELDS: [&str; 29] = [

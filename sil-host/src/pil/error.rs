@@ -4,12 +4,12 @@ use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use ctrl_core::link::Rejection;
 use ctrl_core::mode::{Cause, Mode, Refusal};
+use link::Rejection;
 
 use super::emulator::BUILD_IMAGE;
 use crate::run::RunError;
-use crate::scenario::ScenarioError;
+use sim::scenario::ScenarioError;
 
 /// See the module's documentation.
 #[derive(Clone, Debug)]

@@ -3,11 +3,11 @@
 use std::cell::RefCell;
 
 use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, StepOutput, TrackingController};
-use ctrl_core::link::{Downlink, Telemetry, Uplink};
 use ctrl_core::mode::{Command, Mode};
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{VehicleState, WrenchBounds};
 use glam::Quat;
+use link::{Downlink, Telemetry, Uplink};
 
 use super::PilError;
 use super::comparison::{Difference, Step, first_difference};

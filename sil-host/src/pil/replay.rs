@@ -1,21 +1,19 @@
 //! A [`Recording`] fed back: to the image, which must say the same again, and to the law on the host.
 
 use ctrl_core::controller::TrackingController;
-use ctrl_core::link::{
-    Decoder, Downlink, Encoder, Identity, MAX_FRAME, Message, Telemetry, Uplink,
-};
 use ctrl_core::mode::Mode;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::Trajectory;
 use ctrl_core::vehicle::VehicleState;
+use link::{Decoder, Downlink, Encoder, Identity, MAX_FRAME, Message, Telemetry, Uplink};
 
 use super::PilError;
 use super::comparison::{Difference, Step, first_difference};
 use super::emulator::Emulator;
 use super::lockstep::{Lockstep, PATIENCE};
 use super::recording::{Direction, Recording};
-use crate::scenario::{ControllerConfig, LoadedScenario, Scenario};
+use sim::scenario::{ControllerConfig, LoadedScenario, Scenario};
 
 /// How a replay went.
 #[derive(Clone, Copy, Debug, PartialEq)]

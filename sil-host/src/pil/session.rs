@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use ctrl_core::link::{
+use ctrl_core::vehicle::VehicleState;
+use link::{
     Decoder, Downlink, Encoder, Health, Identity, LinkStatistics, MAX_FRAME, Rejection, Telemetry,
     Uplink,
 };
-use ctrl_core::vehicle::VehicleState;
 
 use super::PilError;
 use super::cost::CostUnit;

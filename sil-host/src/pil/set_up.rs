@@ -1,13 +1,13 @@
 //! Gives a vehicle on the ground the controller, gains and trajectory of a scenario, and arms it.
 
-use ctrl_core::link::{ControllerKind, Parameters, TrajectorySelection, Uplink};
 use ctrl_core::mode::Command;
 use ctrl_core::trajectory::{TrajectoryConfig, WaypointPathConfig};
 use ctrl_core::vehicle::VehicleState;
+use link::{ControllerKind, Parameters, TrajectorySelection, Uplink};
 
 use super::PilError;
 use super::session::Session;
-use crate::scenario::{ControllerConfig, Scenario};
+use sim::scenario::{ControllerConfig, Scenario};
 
 /// Ticks of good samples before arming, more than the vehicle asks for.
 const FRESH_TICKS: usize = 60;

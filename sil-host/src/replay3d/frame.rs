@@ -2,8 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::guarantee::tracking::{rotation_angle, tilt_error};
-use crate::sample::Sample;
+use sim::guarantee::tracking::{rotation_angle, tilt_error};
+use sim::sample::Sample;
 
 /// One instant of a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]

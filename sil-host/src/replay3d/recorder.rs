@@ -1,8 +1,8 @@
 //! Keeps frames of a flight within a bound on their number, whatever its length.
 
 use super::frame::{Frame, Step};
-use crate::closed_loop::Observer;
-use crate::sample::Sample;
+use sim::closed_loop::Observer;
+use sim::sample::Sample;
 
 /// What a frame may differ from the one before, as long as there is room [rad, N].
 const STEP_ANGLE: f64 = 0.15;

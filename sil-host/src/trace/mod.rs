@@ -82,14 +82,14 @@ mod tests {
     use std::io::{self, Write};
 
     use super::*;
-    use crate::guarantee::lyapunov::Evaluator;
-    use crate::sample::Sample;
-    use crate::scenario::LoadedScenario;
+    use sim::guarantee::lyapunov::Evaluator;
+    use sim::sample::Sample;
+    use sim::scenario::LoadedScenario;
 
     /// The first `seconds` of a built-in scenario as CSV text.
     fn trace(name: &str, changes: &[&str], ticks: u64, every: u64) -> String {
         struct Watch(Evaluator, TraceWriter<Vec<u8>>);
-        impl crate::closed_loop::Observer for Watch {
+        impl sim::closed_loop::Observer for Watch {
             fn observe(&mut self, sample: &Sample) {
                 let evaluation = self.0.evaluate(sample);
                 self.1.observe(sample, &evaluation);

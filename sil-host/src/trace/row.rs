@@ -4,8 +4,8 @@ use ctrl_core::controller::Estimates;
 use glam::{DQuat, DVec3, Vec3};
 
 use super::COLUMNS;
-use crate::guarantee::lyapunov::Evaluation;
-use crate::sample::Sample;
+use sim::guarantee::lyapunov::Evaluation;
+use sim::sample::Sample;
 
 /// How many columns are `f32`: all but tick, time, V, its part and the status.
 pub(super) const SINGLES: usize = COLUMNS.len() - 5;

@@ -7,8 +7,8 @@ use std::thread::{Builder, JoinHandle};
 
 use super::row::Row;
 use super::text::Text;
-use crate::guarantee::lyapunov::Evaluation;
-use crate::sample::Sample;
+use sim::guarantee::lyapunov::Evaluation;
+use sim::sample::Sample;
 
 /// Rows that are handed over together.
 const BATCH: usize = 256;

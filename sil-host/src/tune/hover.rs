@@ -16,7 +16,7 @@ use ctrl_core::vehicle::{GRAVITY, Uncertainty};
 use glam::{DMat4, DVec4};
 
 use super::pole::{Pole, eigenvalues};
-use crate::scenario::ControllerConfig;
+use sim::scenario::ControllerConfig;
 
 const G: f64 = GRAVITY as f64;
 

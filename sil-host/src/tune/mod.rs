@@ -20,11 +20,11 @@ use std::path::PathBuf;
 
 use crate::campaign::CampaignError;
 use crate::cli::TuneArguments;
-use crate::scenario::{LoadedScenario, ScenarioError};
 use check::{Check, check};
 use infeasible::Infeasible;
 use proposal::Proposal;
 use request::Request;
+use sim::scenario::{LoadedScenario, ScenarioError};
 
 /// Why nothing was proposed or written.
 #[derive(Clone, Debug)]

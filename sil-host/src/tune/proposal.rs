@@ -9,7 +9,7 @@ use super::infeasible::Infeasible;
 use super::request::Request;
 use super::survey::{LoopSurvey, Which};
 use super::ultimate::Ultimate;
-use crate::scenario::ControllerConfig;
+use sim::scenario::ControllerConfig;
 
 /// Time constants of the slowest mode after which the start counts as forgotten.
 const FORGOTTEN: f64 = 10.0;

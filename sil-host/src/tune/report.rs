@@ -11,7 +11,7 @@ use super::pole::Pole;
 use super::proposal::{Proposal, controller};
 use super::survey::{LoopSurvey, Met, Which};
 use super::ultimate::Bounds;
-use crate::report::number;
+use sim::number::number;
 
 /// Everything about a proposal and its check, if it was flown.
 #[must_use]

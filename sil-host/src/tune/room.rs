@@ -7,7 +7,7 @@ use super::design::assembled;
 use super::digits::rounded_down;
 use super::infeasible::{Infeasible, Mend};
 use super::request::Request;
-use crate::report::number;
+use sim::number::number;
 
 const G: f64 = GRAVITY as f64;
 

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::hover::{Corner, Hover, Loop};
 use super::pole::Pole;
-use crate::scenario::ControllerConfig;
+use sim::scenario::ControllerConfig;
 
 /// Slopes of a smooth sign as shares of its slope at zero: large signals, middling ones, small ones.
 const SLOPES: [f64; 3] = [0.0, 0.3, 1.0];

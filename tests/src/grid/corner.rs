@@ -1,6 +1,6 @@
 //! Corners of the grid: every end of the inertia with both ends of the mass.
 
-use sil_host::scenario::VehicleConfig;
+use sim::scenario::VehicleConfig;
 
 use super::inertia::ends;
 use super::{Case, Kind, STEP_PERIODS};

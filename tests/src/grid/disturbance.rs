@@ -1,7 +1,7 @@
 //! Disturbances at their full bound.
 
 use glam::DVec3;
-use sil_host::plant::disturbance::{Constant, DisturbanceConfig, Gust, Noise, Sinusoid};
+use sim::plant::disturbance::{Constant, DisturbanceConfig, Gust, Noise, Sinusoid};
 
 use super::Case;
 

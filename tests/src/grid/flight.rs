@@ -3,10 +3,10 @@
 use std::sync::Mutex;
 use std::thread;
 
-use sil_host::closed_loop::Observer;
-use sil_host::guarantee::tracking::{heading_error, rotation_angle, tilt_error};
-use sil_host::sample::Sample;
-use sil_host::scenario::AnyFlight;
+use sim::closed_loop::Observer;
+use sim::guarantee::tracking::{heading_error, rotation_angle, tilt_error};
+use sim::sample::Sample;
+use sim::scenario::AnyFlight;
 
 use super::Case;
 use super::limits::{Breach, Limits};

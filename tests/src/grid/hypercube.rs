@@ -7,7 +7,7 @@ use glam::DVec3;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use sil_host::scenario::{InitialCondition, VehicleConfig};
+use sim::scenario::{InitialCondition, VehicleConfig};
 
 use super::inertia::{between, rigid_body};
 use super::{Case, Kind, STEP_PERIODS};

@@ -2,9 +2,9 @@
 
 use ctrl_core::controller::{Estimates, StepStatus};
 use ctrl_core::vehicle::{Interval, Wrench};
-use sil_host::plant::PlantState;
-use sil_host::sample::Sample;
-use sil_host::scenario::ControllerConfig;
+use sim::plant::PlantState;
+use sim::sample::Sample;
+use sim::scenario::ControllerConfig;
 
 /// Relative difference that rounding to `f32`, and taking a reciprocal, may make.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
@@ -98,8 +98,8 @@ fn finite(truth: &PlantState) -> bool {
 mod tests {
     use super::*;
     use crate::grid::Case;
-    use sil_host::closed_loop::Observer;
-    use sil_host::scenario::AnyFlight;
+    use sim::closed_loop::Observer;
+    use sim::scenario::AnyFlight;
 
     struct Last(Option<Sample>);
 

@@ -19,7 +19,7 @@ pub use hypercube::{Ranges, sample};
 pub use limits::Breach;
 pub use report::check;
 
-use sil_host::scenario::{ControllerConfig, LoadedScenario, Scenario};
+use sim::scenario::{ControllerConfig, LoadedScenario, Scenario};
 
 /// Step periods of the grid [s]: 500 Hz, 1 kHz, 2 kHz.
 pub const STEP_PERIODS: [f32; 3] = [0.002, 0.001, 0.0005];

@@ -8,10 +8,10 @@ use ctrl_core::vehicle::{VehicleState, WrenchBounds};
 use firmware::replay::Sample;
 use firmware::scenario::Scenario;
 use glam::Quat;
-use sil_host::closed_loop::{Flight, Unobserved};
-use sil_host::plant::disturbance::DisturbanceProcess;
-use sil_host::plant::rigid_body::RigidBody;
-use sil_host::scenario::LoadedScenario;
+use sim::closed_loop::{Flight, Unobserved};
+use sim::plant::disturbance::DisturbanceProcess;
+use sim::plant::rigid_body::RigidBody;
+use sim::scenario::LoadedScenario;
 
 /// Flies a scenario's first ticks with another controller in place of its own.
 pub fn fly<C: TrackingController>(scenario: &str, ticks: u64, controller: C) {

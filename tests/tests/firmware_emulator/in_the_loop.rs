@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use sil_host::closed_loop::Observer;
 use sil_host::pil::command::{OnBoard, fly};
 use sil_host::pil::recording::{Direction, Recording};
 use sil_host::pil::replay::replay;
 use sil_host::pil::session::Session;
 use sil_host::pil::set_up::set_up;
-use sil_host::sample::Sample;
-use sil_host::scenario::LoadedScenario;
+use sim::closed_loop::Observer;
+use sim::sample::Sample;
+use sim::scenario::LoadedScenario;
 
 use crate::PAPER;
 use crate::emulator::emulator;

@@ -1,17 +1,17 @@
 //! A bad line and a lost host: nothing stops the image; the failsafe comes on time and can be left.
 
-use ctrl_core::link::{Downlink, LinkStatistics, Rejection, Telemetry, Uplink};
 use ctrl_core::mode::{Cause, Command, FailsafePolicy, Mode, Refusal};
 use ctrl_core::vehicle::VehicleState;
 use firmware::vehicle::vehicle_config;
 use glam::Vec3;
-use sil_host::closed_loop::Unobserved;
+use link::{Downlink, LinkStatistics, Rejection, Telemetry, Uplink};
 use sil_host::pil::command::fly;
 use sil_host::pil::fault::{Fault, LinkFaults};
 use sil_host::pil::recording::Direction;
 use sil_host::pil::session::{Session, one_telemetry};
 use sil_host::pil::set_up::set_up;
-use sil_host::scenario::LoadedScenario;
+use sim::closed_loop::Unobserved;
+use sim::scenario::LoadedScenario;
 
 use crate::emulator::emulator;
 

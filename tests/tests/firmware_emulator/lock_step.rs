@@ -5,21 +5,21 @@ use std::process::Child;
 use std::time::{Duration, Instant};
 use std::{fs, thread};
 
-use ctrl_core::link::{Rejection, Uplink};
 use ctrl_core::mode::{Command, Mode, Refusal};
 use ctrl_core::vehicle::VehicleState;
 use glam::Vec3;
-use sil_host::closed_loop::Unobserved;
+use link::{Rejection, Uplink};
 use sil_host::pil::PilError;
 use sil_host::pil::command::{OnBoard, fly};
 use sil_host::pil::lockstep::PATIENCE;
 use sil_host::pil::session::{Session, one_telemetry};
 use sil_host::pil::set_up::set_up;
-use sil_host::scenario::LoadedScenario;
+use sim::closed_loop::Unobserved;
+use sim::scenario::LoadedScenario;
 
 use crate::PAPER;
 use crate::emulator::emulator;
-use crate::link::Vehicle;
+use crate::serial_link::Vehicle;
 
 const HERE: VehicleState = VehicleState::at_rest(Vec3::ZERO);
 

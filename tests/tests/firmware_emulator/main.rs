@@ -7,10 +7,10 @@ mod closed_loop;
 mod emulator;
 mod in_the_loop;
 mod line_faults;
-mod link;
 mod lock_step;
 mod logs;
 mod replay;
+mod serial_link;
 mod stored_parameters;
 mod whole_image;
 

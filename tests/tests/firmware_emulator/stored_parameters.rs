@@ -3,18 +3,18 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use ctrl_core::link::{Downlink, ParameterOrigin, ParametersInForce, Rejection, Uplink};
 use ctrl_core::mode::Command;
 use ctrl_core::vehicle::VehicleState;
 use firmware::parameter_store::SLOT;
 use glam::Vec3;
-use sil_host::closed_loop::Unobserved;
+use link::{Downlink, ParameterOrigin, ParametersInForce, Rejection, Uplink};
 use sil_host::pil::command::fly;
 use sil_host::pil::session::Session;
 use sil_host::pil::set_up::ready;
-use sil_host::scenario::LoadedScenario;
+use sim::closed_loop::Unobserved;
+use sim::scenario::LoadedScenario;
 
-use crate::link::Vehicle;
+use crate::serial_link::Vehicle;
 
 /// Bytes of a sector of the chip's flash.
 const SECTOR: usize = 16 * 1024;

@@ -4,21 +4,21 @@ use std::io::{BufReader, Read, Write};
 use std::net::TcpListener;
 
 use ctrl_core::controller::StepStatus;
-use ctrl_core::link::{
-    ControllerKind, Decoder, Downlink, Encoder, FaultKind, MAX_FRAME, Rejection,
-    TrajectorySelection, Uplink,
-};
 use ctrl_core::mode::{Cause, Command, Mode, Refusal, SAFE};
 use ctrl_core::trajectory::{Leg, MAX_LEGS, TrajectoryConfig};
 use ctrl_core::vehicle::VehicleState;
 use firmware::scenario::{ControllerConfig, Scenario};
 use firmware::vehicle::vehicle_config;
 use glam::Vec3;
+use link::{
+    ControllerKind, Decoder, Downlink, Encoder, FaultKind, MAX_FRAME, Rejection,
+    TrajectorySelection, Uplink,
+};
 use sil_host::pil::lockstep::PATIENCE;
-use sil_host::scenario::LoadedScenario;
+use sim::scenario::LoadedScenario;
 
 use crate::emulator::{emulator, run, text};
-use crate::link::Vehicle;
+use crate::serial_link::Vehicle;
 
 /// A vehicle that stands where a scenario begins, with its controller and trajectory selected.
 fn on_the_ground(scenario: &str, directives: &[&str]) -> (Vehicle, VehicleState) {

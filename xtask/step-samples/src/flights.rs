@@ -4,8 +4,8 @@ use anyhow::{Result, ensure};
 use ctrl_core::controller::{StepOutput, StepStatus, TrackingController};
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
-use sil_host::closed_loop::Observer;
-use sil_host::scenario::{ControllerConfig, LoadedScenario};
+use sim::closed_loop::Observer;
+use sim::scenario::{ControllerConfig, LoadedScenario};
 use step_record::Sample;
 
 use crate::random;
@@ -90,7 +90,7 @@ impl Recording {
 }
 
 impl Observer for Recording {
-    fn observe(&mut self, seen: &sil_host::sample::Sample) {
+    fn observe(&mut self, seen: &sim::sample::Sample) {
         self.samples.push(Sample { vehicle: seen.truth.measured(), reference: seen.reference });
         self.outputs.push(seen.output);
     }

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use ctrl_core::controller::StepOutput;
-use sil_host::scenario::ControllerConfig;
+use sim::scenario::ControllerConfig;
 use step_record::{Record, Sample};
 
 use flights::{CONTROLLERS, Recording};

@@ -23,8 +23,8 @@ use core::convert::Infallible;
 use core::sync::atomic::{AtomicU8, AtomicU16, AtomicU32, Ordering::Relaxed};
 
 use cortex_m::peripheral::{DCB, DWT};
-use ctrl_core::link::FaultReport;
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
+use link::FaultReport;
 use semihosting::{eprintln, process};
 use stm32f4xx_hal::pac::{FLASH, Interrupt, TIM3, TIM5, USART2};
 use stm32f4xx_hal::prelude::*;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::campaign::{Campaign, Sampling, Vary};
 use crate::figure::svg::escape;
-use crate::report::number;
+use sim::number::number;
 
 /// The section's content.
 #[must_use]

@@ -7,7 +7,8 @@ use super::summary::{probability, swatch};
 use super::tally::Tally;
 use crate::campaign::{Campaign, Guarantee};
 use crate::figure::svg::escape;
-use crate::report::{bound, number};
+use crate::report::bound;
+use sim::number::number;
 
 const HEADINGS: &str = "<div class=\"table\"><table><thead><tr><th></th><th>guarantee</th><th>equation</th>\
      <th class=\"n\">bound</th><th class=\"n\">held</th><th class=\"n\">violated</th>\

@@ -8,7 +8,7 @@ use super::points::Points;
 use super::quantity::Quantity;
 use super::tally::Tally;
 use crate::campaign::{Campaign, Outcome, Row};
-use crate::guarantee::{Guarantees, Requirement};
+use sim::guarantee::{Guarantees, Requirement};
 
 /// Rows that charts show one by one.
 const POINTS: usize = 1_000;

@@ -6,7 +6,7 @@ use super::failure_probability::FailureProbability;
 use super::scan::{Scan, VariantScan};
 use crate::campaign::Campaign;
 use crate::figure::svg::escape;
-use crate::report::number;
+use sim::number::number;
 
 /// The section's content.
 #[must_use]

@@ -3,7 +3,7 @@
 use super::failure_probability::FailureProbability;
 use super::tightest::{Close, Tightest};
 use crate::campaign::Observed;
-use crate::guarantee::Requirement;
+use sim::guarantee::Requirement;
 
 /// Runs closest to its bound that are kept of a guarantee.
 const KEPT: usize = 5;

@@ -7,7 +7,7 @@ use super::summary::swatch;
 use super::tightest::Close;
 use crate::campaign::{Campaign, Guarantee, Variant};
 use crate::figure::svg::escape;
-use crate::report::number;
+use sim::number::number;
 
 /// Violated runs that are listed without a click.
 const OPEN: u64 = 10;

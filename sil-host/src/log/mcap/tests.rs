@@ -9,10 +9,10 @@ use prost::Message as _;
 use prost_types::FileDescriptorSet;
 
 use super::*;
-use crate::guarantee::lyapunov::Evaluator;
-use crate::guarantee::test_flight::{VEHICLE as BODY, both, sample};
-use crate::sample::Sample;
-use crate::scenario::LoadedScenario;
+use sim::guarantee::lyapunov::Evaluator;
+use sim::guarantee::test_flight::{VEHICLE as BODY, both, sample};
+use sim::sample::Sample;
+use sim::scenario::LoadedScenario;
 
 fn description() -> Description {
     let changes = ["duration=3".to_owned()];

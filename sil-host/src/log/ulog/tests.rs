@@ -6,10 +6,10 @@ use ctrl_core::vehicle::WrenchBounds;
 use glam::{DQuat, DVec3};
 
 use super::*;
-use crate::guarantee::lyapunov::Evaluator;
-use crate::guarantee::test_flight::{VEHICLE, both, sample};
-use crate::sample::Sample;
-use crate::scenario::ControllerConfig;
+use sim::guarantee::lyapunov::Evaluator;
+use sim::guarantee::test_flight::{VEHICLE, both, sample};
+use sim::sample::Sample;
+use sim::scenario::ControllerConfig;
 
 const BOUNDS: WrenchBounds = WrenchBounds { thrust_min: 1.0, thrust_max: 12.0, torque_max: 0.05 };
 

@@ -1,0 +1,121 @@
+//! Tracking (5), (6) of the true vehicle after a settling time.
+
+use ctrl_core::reference::Reference;
+use glam::{DQuat, DVec3};
+
+use super::angle::{Angle, LargestAngle};
+use super::lyapunov::Evaluation;
+use super::verdict::{Extreme, Requirement, Verdict};
+use super::{GuaranteeConfig, Monitor};
+use crate::norm::Norm;
+use crate::sample::Sample;
+
+/// Position, attitude, tilt and heading error after `settle_time`.
+#[derive(Clone, Copy, Debug)]
+pub struct Tracking {
+    config: GuaranteeConfig,
+    position: Extreme,
+    /// Half of it.
+    attitude: LargestAngle,
+    tilt: LargestAngle,
+    heading: LargestAngle,
+}
+
+impl Tracking {
+    /// With the bounds of `config`.
+    #[must_use]
+    pub fn new(config: &GuaranteeConfig) -> Self {
+        let none = LargestAngle::default();
+        let position = Extreme::default();
+        Self { config: *config, position, attitude: none, tilt: none, heading: none }
+    }
+}
+
+/// Angle between body z and the thrust direction `b3d` that the reference needs [rad].
+#[must_use]
+pub fn tilt_error(attitude: DQuat, reference: &Reference) -> f64 {
+    tilt(attitude, reference).radians()
+}
+
+/// Angle between body z and `b3d`.
+pub fn tilt(attitude: DQuat, reference: &Reference) -> Angle {
+    Angle::between(attitude * DVec3::Z, reference.specific_force().value.as_dvec3())
+}
+
+/// Angle between body y and the reference's `b2d` [rad].
+#[must_use]
+pub fn heading_error(attitude: DQuat, reference: &Reference) -> f64 {
+    heading(attitude, reference).radians()
+}
+
+/// Angle between body y and `b2d`.
+pub fn heading(attitude: DQuat, reference: &Reference) -> Angle {
+    Angle::between(attitude * DVec3::Y, reference.left_world.as_dvec3())
+}
+
+/// Rotation angle of `error`, the same for `q` and `-q` [rad].
+#[must_use]
+pub fn rotation_angle(error: DQuat) -> f64 {
+    2.0 * Angle::half_turn(error).radians()
+}
+
+impl Monitor for Tracking {
+    fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
+        if sample.time < self.config.settle_time {
+            return;
+        }
+        let attitude = sample.truth.attitude;
+        self.position.highest(evaluation.position_error.norm(), sample.time);
+        self.attitude.observe(Angle::half_turn(evaluation.attitude_error), sample.time);
+        self.tilt.observe(tilt(attitude, &sample.reference), sample.time);
+        self.heading.observe(heading(attitude, &sample.reference), sample.time);
+    }
+
+    fn verdicts(&self) -> Vec<Verdict> {
+        let row = |name, equation, unit, bound, extreme| {
+            Verdict::new((name, equation, unit), Requirement::AtMost(bound), extreme)
+        };
+        let config = &self.config;
+        let names = [
+            "position error after settling",
+            "attitude error (q_e) after settling",
+            "tilt error (b3, b3d) after settling",
+            "heading error (b2, b2d) after settling",
+        ];
+        vec![
+            row(names[0], "(5)", "m", config.position_error_max, self.position),
+            row(
+                names[1],
+                "(36), (53)",
+                "rad",
+                config.attitude_error_max,
+                self.attitude.extreme(2.0),
+            ),
+            row(names[2], "(2)", "rad", config.tilt_error_max, self.tilt.extreme(1.0)),
+            row(names[3], "(6)", "rad", config.heading_error_max, self.heading.extreme(1.0)),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f64::consts::{FRAC_PI_2, PI};
+    use glam::Vec3;
+
+    #[test]
+    fn angles_of_known_attitudes() {
+        let reference = Reference::hover(Vec3::ZERO);
+        for tilt in [1e-9, 0.1, 1.0, 3.0] {
+            let rolled = DQuat::from_rotation_x(tilt);
+            assert!((tilt_error(rolled, &reference) - tilt).abs() < 1e-12);
+            assert!((heading_error(rolled, &reference) - tilt).abs() < 1e-12);
+            assert!((rotation_angle(rolled) - tilt).abs() < 1e-12);
+            assert!((rotation_angle(-rolled) - tilt).abs() < 1e-12);
+        }
+        let yawed = DQuat::from_rotation_z(FRAC_PI_2);
+        assert!(tilt_error(yawed, &reference) < 1e-12);
+        assert!((heading_error(yawed, &reference) - FRAC_PI_2).abs() < 1e-12);
+        assert!((tilt_error(DQuat::from_rotation_y(PI), &reference) - PI).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,43 @@
+//! Lengths in `f64` by the processor's own square root.
+//!
+//! glam takes its roots from `libm`, as the core needs it to for `f32`. On x86-64 that is the
+//! processor's instruction in the legacy encoding; amid AVX code each one costs two switches of about
+//! 70 cycles. `f64::sqrt` is the same instruction in the encoding of the code around it: the same
+//! bits, half the time of a watched tick.
+
+use glam::DVec3;
+
+/// Euclidean length and direction.
+pub trait Norm {
+    /// Length; the bits of glam's `length`.
+    fn norm(self) -> f64;
+    /// Unit vector; the bits of glam's `normalize`.
+    fn unit(self) -> Self;
+}
+
+impl Norm for DVec3 {
+    #[inline(always)]
+    fn norm(self) -> f64 {
+        self.length_squared().sqrt()
+    }
+
+    #[inline(always)]
+    fn unit(self) -> Self {
+        self * self.norm().recip()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bits_are_those_of_glam() {
+        for x in [1e-300, 1e-3, 0.7, 3.0, 1e200] {
+            let vector = DVec3::new(x, -0.3 * x, 1.7 * x);
+            assert_eq!(vector.norm().to_bits(), vector.length().to_bits());
+            let bits = |v: DVec3| v.to_array().map(f64::to_bits);
+            assert_eq!(bits(vector.unit()), bits(vector.normalize()));
+        }
+    }
+}

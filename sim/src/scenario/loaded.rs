@@ -1,0 +1,111 @@
+//! A scenario together with its text, so that faults found later still name line and key.
+
+use std::path::Path;
+
+use ctrl_core::error::ConfigError;
+
+use super::document::TomlText;
+use super::error::{Origin, ScenarioError};
+use super::{AnyFlight, BUILT_IN, BuiltIn, Scenario, validation};
+
+/// A scenario that has been read and checked, and the text it came from.
+#[derive(Clone, Debug)]
+pub struct LoadedScenario {
+    scenario: Scenario,
+    text: TomlText,
+}
+
+impl LoadedScenario {
+    /// Reads the built-in scenario or the file `name`, after the changes `path=value`.
+    ///
+    /// # Errors
+    /// Names file, line and key of what cannot be read, is unknown or is out of its range.
+    pub fn open(name: &str, changes: &[String]) -> Result<Self, ScenarioError> {
+        if let Some(built_in) = BuiltIn::named(name) {
+            return Self::parse(name, built_in.text, changes);
+        }
+        let text = std::fs::read_to_string(Path::new(name)).map_err(|error| {
+            let known: Vec<_> = BUILT_IN.iter().map(|scenario| scenario.name).collect();
+            let message = format!("{error}; built-in scenarios: {}", known.join(", "));
+            let origin = Origin::File { name: name.to_owned(), line: None };
+            ScenarioError { origin, key: String::new(), message }
+        })?;
+        Self::parse(name, &text, changes)
+    }
+
+    /// Reads a scenario from TOML; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn parse(name: &str, text: &str, changes: &[String]) -> Result<Self, ScenarioError> {
+        let mut text = TomlText::parse(name, text)?;
+        text.set(changes)?;
+        let scenario: Scenario = text.deserialize()?;
+        if let Some((path, message)) = validation::first_fault(&scenario) {
+            return Err(
+                text.error(&path.split('.').map(str::to_owned).collect::<Vec<_>>(), message)
+            );
+        }
+        let loaded = Self { scenario, text };
+        loaded.flight()?;
+        Ok(loaded)
+    }
+
+    /// Whether a scenario can be read after the changes: every field is known and of its type, but
+    /// may be out of its range.
+    ///
+    /// # Errors
+    /// Names file, line and key, or the change.
+    pub fn check_fields(name: &str, text: &str, changes: &[String]) -> Result<(), ScenarioError> {
+        let mut text = TomlText::parse(name, text)?;
+        text.set(changes)?;
+        text.deserialize::<Scenario>().map(drop)
+    }
+
+    /// The scenario.
+    #[must_use]
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// The same scenario under another name, which its results are called after.
+    #[must_use]
+    pub fn renamed(mut self, name: &str) -> Self {
+        name.clone_into(&mut self.scenario.name);
+        self
+    }
+
+    /// Its TOML, with the changes made.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        self.text.effective()
+    }
+
+    /// The vehicle at the first tick, ready to fly.
+    ///
+    /// # Errors
+    /// Names the parameter that controller or trajectory refuse.
+    pub fn flight(&self) -> Result<AnyFlight, ScenarioError> {
+        AnyFlight::new(&self.scenario).map_err(|error| self.refusal(&error))
+    }
+
+    /// Finds the key that a validating constructor refused: `parameter` is a path below the
+    /// controller or the trajectory, or an expression of several.
+    pub fn refusal(&self, error: &ConfigError) -> ScenarioError {
+        let controller = keys("controller", self.scenario.controller.kind());
+        let terms = error.parameter.split_whitespace().filter_map(|term| term.split('[').next());
+        let written = terms
+            .flat_map(|term| [keys(&controller.join("."), term), keys("trajectory", term)])
+            .find(|path| self.text.contains(path));
+        let path = written.unwrap_or_else(|| match error.parameter.split('.').next() {
+            Some("trajectory") => vec!["trajectory".to_owned()],
+            _ => controller,
+        });
+        self.text.error(&path, error.to_string())
+    }
+}
+
+/// The keys of the dotted `path` below `parent`.
+fn keys(parent: &str, path: &str) -> Vec<String> {
+    parent.split('.').chain(path.split('.')).map(str::to_owned).collect()
+}

@@ -1,0 +1,153 @@
+//! What serde cannot check: ranges of the harness's own fields, and the theorems' assumptions.
+
+use super::Scenario;
+use crate::number::number;
+use crate::plant::actuation::ActuationConfig;
+
+/// A range that one value must keep.
+struct Check {
+    path: &'static str,
+    value: f64,
+    holds: fn(f64) -> bool,
+    bound: &'static str,
+}
+
+/// Path and message of the first value outside its range. The controller and the trajectory check
+/// their own.
+pub(super) fn first_fault(scenario: &Scenario) -> Option<(&'static str, String)> {
+    checks(scenario)
+        .into_iter()
+        .find(|check| !(check.value.is_finite() && (check.holds)(check.value)))
+        .map(|check| (check.path, format!("{} must be {}", check.value, check.bound)))
+        .or_else(|| first_infinite_vector(scenario).map(|path| (path, "must be finite".to_owned())))
+}
+
+fn checks(scenario: &Scenario) -> Vec<Check> {
+    let at = |path, value, holds, bound| Check { path, value, holds, bound };
+    let positive = |path, value| at(path, value, |x| x > 0.0, "positive");
+    let not_negative = |path, value| at(path, value, |x| x >= 0.0, "zero or positive");
+    let finite = |path, value| at(path, value, |_| true, "finite");
+    let Scenario { vehicle, initial, disturbance, guarantees, .. } = scenario;
+    let steps = f64::from(scenario.plant_steps_per_tick);
+    let mut checks = vec![
+        at("duration", scenario.duration, |x| x > 0.0 && x <= 1e6, "in (0, 1e6] s"),
+        at("plant_steps_per_tick", steps, |x| (1.0..=1000.0).contains(&x), "in [1, 1000]"),
+        positive("vehicle.mass", vehicle.mass),
+        positive("vehicle.inertia", vehicle.inertia.min_element()),
+        finite("initial.heading_deg", initial.heading_deg),
+        at("initial.tilt_deg", initial.tilt_deg, |x| (0.0..=180.0).contains(&x), "in [0, 180] deg"),
+        finite("initial.tilt_direction_deg", initial.tilt_direction_deg),
+        not_negative("guarantees.settle_time", guarantees.settle_time),
+        positive("guarantees.position_error_max", guarantees.position_error_max),
+        positive("guarantees.attitude_error_max", guarantees.attitude_error_max),
+        positive("guarantees.tilt_error_max", guarantees.tilt_error_max),
+        positive("guarantees.heading_error_max", guarantees.heading_error_max),
+        positive("guarantees.lyapunov_window", guarantees.lyapunov_window),
+    ];
+    checks.extend(actuation_checks(&scenario.actuation));
+    if let Some(noise) = disturbance.noise {
+        checks.push(not_negative("disturbance.noise.acceleration", noise.acceleration));
+        checks.push(not_negative("disturbance.noise.torque", noise.torque));
+    }
+    if let Some(gust) = disturbance.gust {
+        checks.push(positive("disturbance.gust.hold", gust.hold));
+        checks.push(not_negative("disturbance.gust.acceleration", gust.acceleration));
+        checks.push(not_negative("disturbance.gust.torque", gust.torque));
+    }
+    if let Some(sinusoid) = disturbance.sinusoid {
+        checks.push(positive("disturbance.sinusoid.frequency", sinusoid.frequency));
+    }
+    checks
+}
+
+fn actuation_checks(actuation: &ActuationConfig) -> impl Iterator<Item = Check> {
+    let positive: fn(f64) -> bool = |x| x > 0.0;
+    let delay: fn(f64) -> bool = |x| (0.0..=ActuationConfig::DELAY_MAX).contains(&x);
+    let lag: fn(f64) -> bool = |x| (0.0..=ActuationConfig::ROTOR_LAG_MAX).contains(&x);
+    [
+        ("actuation.thrust_max", actuation.thrust_max, positive, "positive"),
+        ("actuation.torque_max", actuation.torque_max, positive, "positive"),
+        ("actuation.delay", actuation.delay, delay, "in [0, 1] s"),
+        ("actuation.rotor_lag", actuation.rotor_lag, lag, "in [0, 10] s"),
+    ]
+    .into_iter()
+    .filter_map(|(path, value, holds, bound)| Some(Check { path, value: value?, holds, bound }))
+}
+
+fn first_infinite_vector(scenario: &Scenario) -> Option<&'static str> {
+    let Scenario { vehicle, initial, disturbance, .. } = scenario;
+    let mut vectors = vec![
+        ("vehicle.inertia", vehicle.inertia),
+        ("initial.position", initial.position),
+        ("initial.velocity", initial.velocity),
+        ("initial.rate_body", initial.rate_body),
+    ];
+    if let Some(constant) = disturbance.constant {
+        vectors.push(("disturbance.constant.acceleration", constant.acceleration));
+        vectors.push(("disturbance.constant.torque", constant.torque));
+    }
+    if let Some(sinusoid) = disturbance.sinusoid {
+        vectors.push(("disturbance.sinusoid.acceleration", sinusoid.acceleration));
+        vectors.push(("disturbance.sinusoid.torque", sinusoid.torque));
+    }
+    vectors.into_iter().find(|(_, vector)| !vector.is_finite()).map(|(path, _)| path)
+}
+
+pub(super) fn broken_assumptions(scenario: &Scenario) -> Vec<String> {
+    let known = scenario.controller.uncertainty();
+    let mut broken = Vec::new();
+    let mut demand = |holds: bool, sentence: String| {
+        if !holds {
+            broken.push(sentence);
+        }
+    };
+    let mass = scenario.vehicle.mass as f32;
+    demand(
+        known.mass.contains(mass),
+        format!("true mass {mass} kg is outside [{}, {}] kg", known.mass.lower, known.mass.upper),
+    );
+    let (lower, upper) = (known.inertia.lower, known.inertia.upper);
+    for inertia in scenario.vehicle.inertia.as_vec3().to_array() {
+        demand(
+            known.inertia.contains(inertia),
+            format!("true inertia {inertia} kg m^2 is outside [{lower}, {upper}] kg m^2"),
+        );
+    }
+    let (acceleration, torque) = scenario.disturbance.bounds();
+    let (d1, d2) = (known.disturbance_acceleration, known.disturbance_torque);
+    demand(
+        acceleration as f32 <= d1,
+        format!("disturbance acceleration up to {acceleration} m/s^2 exceeds D1 = {d1} m/s^2"),
+    );
+    demand(
+        torque as f32 <= d2,
+        format!("disturbance torque up to {torque} N m exceeds D2 = {d2} N m"),
+    );
+    broken.extend(unlike_the_command(scenario));
+    broken
+}
+
+/// How the vehicle does otherwise than commanded.
+fn unlike_the_command(scenario: &Scenario) -> Vec<String> {
+    let (law, actuation) = (&scenario.controller, scenario.effective_actuation());
+    let mut sentences = Vec::new();
+    let mut demand = |limit: Option<f32>, bound: f64, unit: &str| {
+        if let Some(limit) = limit.map(f64::from).filter(|&limit| limit < bound) {
+            let asked = if bound.is_finite() { number(bound) } else { "any".to_owned() };
+            let given = number(limit);
+            sentences.push(format!("the rotors give {given} {unit}, the law may ask for {asked}"));
+        }
+    };
+    if let Some(limits) = actuation.limits() {
+        let thrust = law.thrust_upper_bound().min(law.thrust_max().unwrap_or(f64::INFINITY));
+        demand(limits.thrust_max, thrust, "N of thrust");
+        demand(limits.torque_max, law.torque_max().unwrap_or(f64::INFINITY), "N m about an axis");
+    }
+    let acting = |time: Option<f64>| time.filter(|&time| time > 0.0).map(number);
+    sentences.extend(acting(actuation.delay).map(|time| format!("commands act {time} s late")));
+    sentences.extend(
+        acting(actuation.rotor_lag)
+            .map(|time| format!("thrust and torque lag behind the command by {time} s")),
+    );
+    sentences
+}
