@@ -48,7 +48,7 @@ fn main() {
     write("vehicle.postcard", &vehicle_bytes());
 }
 
-/// What the image flies; `GYRFALCON_CONTROL_RATE` [Hz] stands for the scenario's step period.
+/// What the image flies; `GYRFALCON_CONTROL_RATE` (Hz) stands for the scenario's step period.
 fn flown(scenarios: &BTreeMap<String, Document>, name: &str) -> Flown {
     let find =
         |name: &str| scenarios.get(name).unwrap_or_else(|| panic!("no scenario is called {name}"));
@@ -106,7 +106,7 @@ fn code(scenarios: &BTreeMap<String, Document>, flown: &str, rate: u32) -> Strin
     }
     code + &format!(
         "];\n\n/// Name of the scenario that this image flies.\npub const FLOWN: &str = {flown:?};\n\
-         \n/// Control ticks a second [Hz], from its step period.\n\
+         \n/// Control ticks a second (Hz), from its step period.\n\
          pub const CONTROL_RATE: u32 = {rate};\n"
     )
 }

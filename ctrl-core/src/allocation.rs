@@ -43,13 +43,13 @@ pub enum Spin {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rotor {
-    /// `r`: position relative to the centre of mass, body axes [m].
+    /// `r`: position relative to the centre of mass, body axes (m).
     pub position_body: Vec3,
     /// Which way it turns.
     pub spin: Spin,
-    /// `kappa`: reaction torque for each newton of thrust [m], positive.
+    /// `kappa`: reaction torque for each newton of thrust (m), positive.
     pub torque_ratio: f32,
-    /// Thrust while it runs [N]: `0 <= lower < upper`.
+    /// Thrust while it runs (N): `0 <= lower < upper`.
     pub thrust: Interval,
 }
 
@@ -62,7 +62,7 @@ pub struct RotorGeometry {
 }
 
 impl RotorGeometry {
-    /// Four rotors `arm` [m] from the centre of mass on the diagonals, anticlockwise from the
+    /// Four rotors `arm` (m) from the centre of mass on the diagonals, anticlockwise from the
     /// front left; front left and rear right turn clockwise.
     #[must_use]
     pub fn quad_x(arm: f32, torque_ratio: f32, thrust: Interval) -> Self {
@@ -70,7 +70,7 @@ impl RotorGeometry {
         Self::quad([(d, d), (-d, d), (-d, -d), (d, -d)], torque_ratio, thrust)
     }
 
-    /// Four rotors `arm` [m] from the centre of mass on the body axes, anticlockwise from the
+    /// Four rotors `arm` (m) from the centre of mass on the body axes, anticlockwise from the
     /// front; front and rear turn clockwise.
     #[must_use]
     pub fn quad_plus(arm: f32, torque_ratio: f32, thrust: Interval) -> Self {
@@ -102,7 +102,7 @@ bitflags::bitflags! {
     }
 }
 
-/// The thrust of each rotor [N], in the order of the geometry.
+/// The thrust of each rotor (N), in the order of the geometry.
 pub type RotorThrusts = heapless::Vec<f32, MAX_ROTORS>;
 
 /// Wrench to rotor thrusts, validated and prepared.
@@ -168,7 +168,7 @@ impl Allocator {
         (self.thrusts(feasible), limited)
     }
 
-    /// The wrench that rotor thrusts [N] make; the rotors beyond the shorter list give none.
+    /// The wrench that rotor thrusts (N) make; the rotors beyond the shorter list give none.
     #[must_use]
     pub fn wrench(&self, thrusts: &[f32]) -> Wrench {
         let pairs = self.channels.iter().zip(thrusts);
@@ -213,7 +213,7 @@ impl Allocator {
         scale
     }
 
-    /// The interval of thrust [N] that keeps every rotor inside its limits beside `tilt`.
+    /// The interval of thrust (N) that keeps every rotor inside its limits beside `tilt`.
     fn thrust_range(&self, tilt: Vec4) -> (f32, f32) {
         self.channels.iter().fold((f32::MIN, f32::MAX), |(lowest, highest), channel| {
             let used = channel.share.dot(tilt);
@@ -234,7 +234,7 @@ impl Allocator {
     }
 }
 
-/// Throttle in [0, 1] for a thrust of `thrust` out of `thrust_max` [N], for a rotor whose thrust
+/// Throttle in [0, 1] for a thrust of `thrust` out of `thrust_max` (N), for a rotor whose thrust
 /// grows with the square of its throttle.
 ///
 /// ```

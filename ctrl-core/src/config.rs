@@ -11,28 +11,28 @@ use crate::vehicle::{InitialEstimate, Uncertainty};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CascadeGains {
-    /// `k1`: position gain inside the saturations [1/m].
+    /// `k1`: position gain inside the saturations (1/m).
     pub k1: f32,
-    /// `k2`: velocity gain inside the saturations [s/m].
+    /// `k2`: velocity gain inside the saturations (s/m).
     pub k2: f32,
-    /// `k3`: attitude gain [1/s].
+    /// `k3`: attitude gain (1/s).
     pub k3: f32,
     /// `c`: weight of the translational Lyapunov function; `c = 1` is the printed law, and zero
     /// leaves out the coupling term of (31), (49).
     pub c: f32,
-    /// `M1`: limit of the position part of the commanded acceleration [m/s^2].
+    /// `M1`: limit of the position part of the commanded acceleration (m/s^2).
     #[serde(rename = "M1")]
     pub m1: f32,
-    /// `M2`: limit of the velocity part of the commanded acceleration [m/s^2].
+    /// `M2`: limit of the velocity part of the commanded acceleration (m/s^2).
     #[serde(rename = "M2")]
     pub m2: f32,
-    /// `gamma1`: adaptation gain of the inverse mass [1/(kg N)]; zero switches it off.
+    /// `gamma1`: adaptation gain of the inverse mass (1/(kg N)); zero switches it off.
     pub gamma1: f32,
-    /// `delta_1`: decay rate of the smoothing width `delta(t)` (17) [1/s].
+    /// `delta_1`: decay rate of the smoothing width `delta(t)` (17) (1/s).
     pub delta_1: f32,
-    /// Floor of the smoothing width of the translational smooth sign, in the unit of `G` [1/s].
+    /// Floor of the smoothing width of the translational smooth sign, in the unit of `G` (1/s).
     pub delta_min_translation: f32,
-    /// Floor of the smoothing width of the rotational smooth sign [rad/s].
+    /// Floor of the smoothing width of the rotational smooth sign (rad/s).
     pub delta_min_rotation: f32,
 }
 
@@ -40,9 +40,9 @@ pub struct CascadeGains {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobustAdaptiveConfig {
-    /// `dt`: fixed time between two steps [s].
+    /// `dt`: fixed time between two steps (s).
     pub step_period: f32,
-    /// `M_p`: bound of each component of the reference acceleration [m/s^2].
+    /// `M_p`: bound of each component of the reference acceleration (m/s^2).
     pub reference_acceleration_max: f32,
     /// What is known of vehicle and disturbance.
     pub uncertainty: Uncertainty,
@@ -50,7 +50,7 @@ pub struct RobustAdaptiveConfig {
     pub initial: InitialEstimate,
     /// Gains of the shared cascade.
     pub cascade: CascadeGains,
-    /// `k4`: rate gain [N m s].
+    /// `k4`: rate gain (N m s).
     pub k4: f32,
     /// `gamma2`: adaptation gain of the inertia; zero switches it off.
     pub gamma2: f32,
@@ -60,9 +60,9 @@ pub struct RobustAdaptiveConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SaturatedConfig {
-    /// `dt`: fixed time between two steps [s].
+    /// `dt`: fixed time between two steps (s).
     pub step_period: f32,
-    /// `M_p`: bound of each component of the reference acceleration [m/s^2].
+    /// `M_p`: bound of each component of the reference acceleration (m/s^2).
     pub reference_acceleration_max: f32,
     /// What is known of vehicle and disturbance.
     pub uncertainty: Uncertainty,
@@ -70,13 +70,13 @@ pub struct SaturatedConfig {
     pub initial: InitialEstimate,
     /// Gains of the shared cascade.
     pub cascade: CascadeGains,
-    /// `M_f`: thrust limit [N].
+    /// `M_f`: thrust limit (N).
     pub thrust_max: f32,
-    /// `M_tau`: limit of each torque component [N m].
+    /// `M_tau`: limit of each torque component (N m).
     pub torque_max: f32,
-    /// `k4`: rate gain [1/s].
+    /// `k4`: rate gain (1/s).
     pub k4: f32,
-    /// `k5`: attitude gain of the auxiliary system [1/s].
+    /// `k5`: attitude gain of the auxiliary system (1/s).
     pub k5: f32,
     /// `gamma2`: adaptation gain of the inverse inertia; zero switches it off.
     pub gamma2: f32,
@@ -91,15 +91,15 @@ pub struct SaturatedConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Checkpoint {
-    /// Time since the first step [s]; sets `delta(t)`.
+    /// Time since the first step (s); sets `delta(t)`.
     pub elapsed: f32,
-    /// `beta`: inverse mass [1/kg].
+    /// `beta`: inverse mass (1/kg).
     pub inverse_mass: f32,
-    /// `a_hat`: inertia [kg m^2], controller 1.
+    /// `a_hat`: inertia (kg m^2), controller 1.
     pub inertia: Vec3,
-    /// `theta_hat`: inverse inertia [1/(kg m^2)], controller 2.
+    /// `theta_hat`: inverse inertia (1/(kg m^2)), controller 2.
     pub inverse_inertia: Vec3,
-    /// `Pi_hat`: gyroscopic ratios [-], controller 2.
+    /// `Pi_hat`: gyroscopic ratios (-), controller 2.
     pub gyroscopic_ratio: Vec3,
     /// Auxiliary system, controller 2.
     pub auxiliary: crate::controller::Auxiliary,

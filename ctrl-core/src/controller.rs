@@ -52,7 +52,7 @@ impl StepStatus {
 pub struct StepOutput {
     /// The command, always finite and inside the controller's [`WrenchBounds`].
     pub wrench: Wrench,
-    /// `tau_d`: the torque before saturation [N m]; the wrench's own for controller 1.
+    /// `tau_d`: the torque before saturation (N m); the wrench's own for controller 1.
     pub torque_demand_body: Vec3,
     /// What happened.
     pub status: StepStatus,
@@ -61,13 +61,13 @@ pub struct StepOutput {
 /// The controller's current estimates of the unknown parameters; zero where it has none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimates {
-    /// `beta`: inverse mass [1/kg].
+    /// `beta`: inverse mass (1/kg).
     pub inverse_mass: f32,
-    /// `a_hat`: principal moments of inertia [kg m^2], controller 1.
+    /// `a_hat`: principal moments of inertia (kg m^2), controller 1.
     pub inertia: Vec3,
-    /// `theta_hat`: their inverses [1/(kg m^2)], controller 2.
+    /// `theta_hat`: their inverses (1/(kg m^2)), controller 2.
     pub inverse_inertia: Vec3,
-    /// `Pi_hat`: gyroscopic ratios [-], controller 2.
+    /// `Pi_hat`: gyroscopic ratios (-), controller 2.
     pub gyroscopic_ratio: Vec3,
 }
 
@@ -76,7 +76,7 @@ pub struct Estimates {
 pub struct Auxiliary {
     /// `q_a`: auxiliary attitude.
     pub attitude: Quat,
-    /// `w_a`: auxiliary rate [rad/s].
+    /// `w_a`: auxiliary rate (rad/s).
     pub rate: Vec3,
 }
 
@@ -90,47 +90,47 @@ impl Auxiliary {
 /// Fields that belong to one controller only are zero for the other.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Intermediates {
-    /// `e_p` [m].
+    /// `e_p` (m).
     pub position_error_world: Vec3,
-    /// `e_v` [m/s].
+    /// `e_v` (m/s).
     pub velocity_error_world: Vec3,
-    /// `G` (16) [1/s].
+    /// `G` (16) (1/s).
     pub g: Vec3,
-    /// `alpha` (13) [N].
+    /// `alpha` (13) (N).
     pub alpha: Vec3,
-    /// `alpha'` [N/s].
+    /// `alpha'` (N/s).
     pub alpha_dot: Vec3,
-    /// `alpha''` [N/s^2].
+    /// `alpha''` (N/s^2).
     pub alpha_ddot: Vec3,
-    /// `f` (21) [N].
+    /// `f` (21) (N).
     pub thrust: f32,
-    /// `w_d` (25): rate of the desired attitude in its own axes [rad/s].
+    /// `w_d` (25): rate of the desired attitude in its own axes (rad/s).
     pub desired_rate: Vec3,
-    /// `w_d'` [rad/s^2].
+    /// `w_d'` (rad/s^2).
     pub desired_rate_dot: Vec3,
     /// `q_e` (27), (46).
     pub attitude_error: Quat,
-    /// `mu` (31), (49): virtual rate [rad/s].
+    /// `mu` (31), (49): virtual rate (rad/s).
     pub mu: Vec3,
-    /// `mu'` [rad/s^2].
+    /// `mu'` (rad/s^2).
     pub mu_dot: Vec3,
-    /// `w_e`: rate error [rad/s].
+    /// `w_e`: rate error (rad/s).
     pub rate_error: Vec3,
-    /// `tau_d` (34), (50) [N m].
+    /// `tau_d` (34), (50) (N m).
     pub torque_demand_body: Vec3,
-    /// `tau` (34), (37) [N m].
+    /// `tau` (34), (37) (N m).
     pub torque_body: Vec3,
-    /// `beta'` (14) [1/(kg s)].
+    /// `beta'` (14) (1/(kg s)).
     pub inverse_mass_rate: f32,
-    /// `a_hat'` (35) [kg m^2/s], controller 1.
+    /// `a_hat'` (35) (kg m^2/s), controller 1.
     pub inertia_rate: Vec3,
-    /// `theta_hat'` (51) [1/(kg m^2 s)], controller 2.
+    /// `theta_hat'` (51) (1/(kg m^2 s)), controller 2.
     pub inverse_inertia_rate: Vec3,
-    /// `Pi_hat'` (52) [1/s], controller 2.
+    /// `Pi_hat'` (52) (1/s), controller 2.
     pub gyroscopic_ratio_rate: Vec3,
-    /// `W_a` (38): rate of the auxiliary attitude in its own axes [rad/s], controller 2.
+    /// `W_a` (38): rate of the auxiliary attitude in its own axes (rad/s), controller 2.
     pub auxiliary_attitude_rate: Vec3,
-    /// `w_a'` (39) [rad/s^2], controller 2.
+    /// `w_a'` (39) (rad/s^2), controller 2.
     pub auxiliary_rate_dot: Vec3,
 }
 
@@ -166,10 +166,10 @@ pub trait TrackingController {
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput;
 
-    /// The fixed step `dt` [s].
+    /// The fixed step `dt` (s).
     fn step_period(&self) -> f32;
 
-    /// `M_p`: bound of each component of the reference acceleration [m/s^2].
+    /// `M_p`: bound of each component of the reference acceleration (m/s^2).
     fn reference_acceleration_max(&self) -> f32;
 
     /// The set in which every wrench lies.

@@ -19,9 +19,9 @@ use crate::sqrt::sqrt;
 pub struct Jet<T> {
     /// The quantity itself.
     pub value: T,
-    /// First time derivative [1/s].
+    /// First time derivative (1/s).
     pub first: T,
-    /// Second time derivative [1/s^2].
+    /// Second time derivative (1/s^2).
     pub second: T,
 }
 

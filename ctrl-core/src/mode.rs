@@ -112,7 +112,7 @@ pub enum FailsafePolicy {
     Cut,
     /// Constant thrust with zero torque for a time, then stop the rotors.
     Descend {
-        /// Thrust along body z [N], not negative: a little below the weight.
+        /// Thrust along body z (N), not negative: a little below the weight.
         thrust: f32,
         /// For how many ticks, at least one.
         ticks: u32,
@@ -123,7 +123,7 @@ pub enum FailsafePolicy {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SupervisorConfig {
-    /// Largest angle between body z and the vertical at Arm and at Start on the ground [rad], in
+    /// Largest angle between body z and the vertical at Arm and at Start on the ground (rad), in
     /// (0, pi/2].
     pub arming_tilt_max: f32,
     /// Good state samples in a row that make the state fresh, at least one.

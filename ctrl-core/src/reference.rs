@@ -17,26 +17,26 @@ use crate::vehicle::GRAVITY;
 /// Desired motion at one tick, in the world frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reference {
-    /// `p_d`: position [m].
+    /// `p_d`: position (m).
     pub position_world: Vec3,
-    /// `p_d'`: velocity [m/s].
+    /// `p_d'`: velocity (m/s).
     pub velocity_world: Vec3,
-    /// `p_d''`: acceleration [m/s^2], each component at most `M_p`.
+    /// `p_d''`: acceleration (m/s^2), each component at most `M_p`.
     pub acceleration_world: Vec3,
-    /// `p_d'''`: jerk [m/s^3].
+    /// `p_d'''`: jerk (m/s^3).
     pub jerk_world: Vec3,
-    /// `p_d''''`: snap [m/s^4].
+    /// `p_d''''`: snap (m/s^4).
     pub snap_world: Vec3,
     /// `b2d`: unit vector along the desired body y (left), orthogonal to `p_d'' + g e3`.
     pub left_world: Vec3,
-    /// `b2d'` [1/s].
+    /// `b2d'` (1/s).
     pub left_rate_world: Vec3,
-    /// `b2d''` [1/s^2].
+    /// `b2d''` (1/s^2).
     pub left_acceleration_world: Vec3,
 }
 
 impl Reference {
-    /// At rest in `position_world` [m], body x along world x.
+    /// At rest in `position_world` (m), body x along world x.
     #[must_use]
     pub const fn hover(position_world: Vec3) -> Self {
         Self {

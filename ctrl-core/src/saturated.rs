@@ -30,11 +30,11 @@ use crate::rotation::{renormalised, rotate_back, vector_part};
 use crate::saturation::{clip, smooth_sign_value};
 use crate::vehicle::{Interval, VehicleState, WrenchBounds};
 
-/// Largest turn of the auxiliary attitude in one step [rad] that its integration follows; a larger
+/// Largest turn of the auxiliary attitude in one step (rad) that its integration follows; a larger
 /// auxiliary rate is clipped. Beyond every rate of a vehicle: 500 rad/s at 1 kHz.
 const AUXILIARY_TURN_MAX: f32 = 0.5;
 
-/// Below this sum of squares of `w_a` [rad/s] and `eps_a` the auxiliary system counts as at rest: 1e-7
+/// Below this sum of squares of `w_a` (rad/s) and `eps_a` the auxiliary system counts as at rest: 1e-7
 /// is the rounding of a unit quaternion, and an exponential decay would end in subnormal numbers. Not
 /// while a torque saturates: dropped tick after tick, what saturation takes would never enter (39).
 const REST_SQUARE: f32 = 1e-14;

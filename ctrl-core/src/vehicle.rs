@@ -5,24 +5,24 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Standard value of the gravitational acceleration `g` [m/s^2]; gravity is `-g e3`.
+/// Standard value of the gravitational acceleration `g` (m/s^2); gravity is `-g e3`.
 pub const GRAVITY: f32 = 9.81;
 
 /// Position, velocity, attitude and body rate of the vehicle at one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VehicleState {
-    /// `p`: position of the centre of mass in the world frame [m].
+    /// `p`: position of the centre of mass in the world frame (m).
     pub position_world: Vec3,
-    /// `v`: velocity of the centre of mass in the world frame [m/s].
+    /// `v`: velocity of the centre of mass in the world frame (m/s).
     pub velocity_world: Vec3,
     /// `q`: unit quaternion that takes body to world coordinates.
     pub attitude: Quat,
-    /// `w`: angular velocity in body axes [rad/s].
+    /// `w`: angular velocity in body axes (rad/s).
     pub rate_body: Vec3,
 }
 
 impl VehicleState {
-    /// At rest in `position_world` [m], level, body axes along the world's.
+    /// At rest in `position_world` (m), level, body axes along the world's.
     #[must_use]
     pub const fn at_rest(position_world: Vec3) -> Self {
         Self {
@@ -37,20 +37,20 @@ impl VehicleState {
 /// What the controller asks of the rotors: collective thrust and torque.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Wrench {
-    /// `f`: collective thrust along body +z [N], never negative.
+    /// `f`: collective thrust along body +z (N), never negative.
     pub thrust: f32,
-    /// `tau`: torque in body axes [N m].
+    /// `tau`: torque in body axes (N m).
     pub torque_body: Vec3,
 }
 
 /// The set in which every [`Wrench`] of a controller lies.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WrenchBounds {
-    /// Lower thrust bound (19) [N], positive.
+    /// Lower thrust bound (19) (N), positive.
     pub thrust_min: f32,
-    /// Upper thrust bound (20) [N].
+    /// Upper thrust bound (20) (N).
     pub thrust_max: f32,
-    /// Bound of each torque component (8) [N m]; `f32::MAX` for a controller without one.
+    /// Bound of each torque component (8) (N m); `f32::MAX` for a controller without one.
     pub torque_max: f32,
 }
 
@@ -76,13 +76,13 @@ impl Interval {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Uncertainty {
-    /// `[m_lo, m_hi]`: the mass lies inside [kg].
+    /// `[m_lo, m_hi]`: the mass lies inside (kg).
     pub mass: Interval,
-    /// `[J_lo, J_hi]`: each principal moment of inertia lies inside [kg m^2].
+    /// `[J_lo, J_hi]`: each principal moment of inertia lies inside (kg m^2).
     pub inertia: Interval,
-    /// `D1`: bound of each component of the disturbance acceleration `d1` [m/s^2].
+    /// `D1`: bound of each component of the disturbance acceleration `d1` (m/s^2).
     pub disturbance_acceleration: f32,
-    /// `D2`: bound of each component of the disturbance torque `d2` [N m].
+    /// `D2`: bound of each component of the disturbance torque `d2` (N m).
     pub disturbance_torque: f32,
 }
 
@@ -90,8 +90,8 @@ pub struct Uncertainty {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InitialEstimate {
-    /// Mass [kg], inside its interval.
+    /// Mass (kg), inside its interval.
     pub mass: f32,
-    /// Principal moments of inertia [kg m^2], each inside its interval.
+    /// Principal moments of inertia (kg m^2), each inside its interval.
     pub inertia: Vec3,
 }

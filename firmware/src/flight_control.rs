@@ -36,7 +36,7 @@ pub struct Inputs {
 /// What one control period did.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outputs {
-    /// Thrust of each rotor [N]; none while the rotors are to stand still.
+    /// Thrust of each rotor (N); none while the rotors are to stand still.
     pub thrusts: Option<RotorThrusts>,
     /// The wrench that the rotors were asked for.
     pub wrench: Wrench,

@@ -79,7 +79,7 @@ impl Law {
         of_either!(self, controller, state => controller.auxiliary(state))
     }
 
-    /// The fixed step [s].
+    /// The fixed step (s).
     #[must_use]
     pub fn step_period(&self) -> f32 {
         of_either!(self, controller, _state => controller.step_period())

@@ -87,7 +87,7 @@ mod app {
     }
 
     impl Transmitter {
-        /// Sends one message; returns the time that the wire took [us].
+        /// Sends one message; returns the time that the wire took (us).
         fn send(&mut self, message: &Downlink) -> u32 {
             let mut frame = [0; MAX_FRAME];
             // Every message of the core fits a frame (tested there).

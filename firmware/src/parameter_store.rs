@@ -26,7 +26,7 @@ pub const SECTORS: usize = 2;
 /// Mark, generation, length.
 const HEADER: usize = 10;
 const CHECKSUM: usize = 4;
-/// Longest payload of a record [bytes].
+/// Longest payload of a record (bytes).
 pub const PAYLOAD_MAX: usize = SLOT - HEADER - CHECKSUM;
 
 /// The last character is the version of the format.

@@ -41,14 +41,14 @@ pub struct GroupConfig {
     pub period: u32,
     /// Tick of the first release, less than `period`; spreads the groups over the ticks.
     pub phase: u32,
-    /// Time from release to finish [us], at most the period.
+    /// Time from release to finish (us), at most the period.
     pub deadline: u32,
 }
 
 /// Configuration of a [`RateLoop`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RateLoopConfig {
-    /// Ticks a second [Hz]: 500 to 2000, a divisor of 1,000,000.
+    /// Ticks a second (Hz): 500 to 2000, a divisor of 1,000,000.
     pub control_rate: u32,
     /// In the order of [`Group::ALL`].
     pub groups: [GroupConfig; GROUPS],
@@ -92,7 +92,7 @@ impl Due {
 pub struct GroupStatistics {
     /// Finishes, timely or late.
     pub completed: u32,
-    /// Longest time from release to finish [us].
+    /// Longest time from release to finish (us).
     pub worst_time: u32,
     /// Missed deadlines and missed releases.
     pub overruns: u32,
@@ -103,7 +103,7 @@ pub struct GroupStatistics {
 struct GroupRecord {
     /// Ticks until the next release.
     countdown: u32,
-    /// Time of the release that has not finished yet [us].
+    /// Time of the release that has not finished yet (us).
     released: Option<u32>,
     /// That release has already been counted as an overrun.
     counted: bool,
@@ -167,7 +167,7 @@ pub struct RateLoop {
     tick_period: NonZeroU32,
     tick: u32,
     last_tick: Option<u32>,
-    /// Time that does not count [us].
+    /// Time that does not count (us).
     skipped: u32,
     records: [GroupRecord; GROUPS],
     lost_ticks: u32,
@@ -205,7 +205,7 @@ impl RateLoop {
         Ok(Self { config, tick_period, tick, last_tick, skipped, records, lost_ticks })
     }
 
-    /// Begins a tick at `now` [us]: counts what is late and returns what is due.
+    /// Begins a tick at `now` (us): counts what is late and returns what is due.
     ///
     /// The control group calls it first of all, once a tick; a tick that comes one and a half
     /// periods or more after the last one shows that ticks were lost, which are control overruns.
@@ -240,7 +240,7 @@ impl RateLoop {
         self.tick(now)
     }
 
-    /// Does not count `time` [us] that has just passed: in lock step, that of the wire.
+    /// Does not count `time` (us) that has just passed: in lock step, that of the wire.
     pub fn skip(&mut self, time: u32) {
         self.skipped = self.skipped.wrapping_add(time);
     }
@@ -256,7 +256,7 @@ impl RateLoop {
         (elapsed.saturating_add(self.tick_period.get() / 2) / self.tick_period).saturating_sub(1)
     }
 
-    /// Ends the work of `group` at `now` [us]; without a release it does nothing.
+    /// Ends the work of `group` at `now` (us); without a release it does nothing.
     pub fn finish(&mut self, group: Group, now: u32) {
         let now = now.wrapping_sub(self.skipped);
         let deadline = self.config.groups[group as usize].deadline;
@@ -281,7 +281,7 @@ impl RateLoop {
         self.records[Group::Control as usize].in_a_row > 0
     }
 
-    /// Changes period [ticks] and deadline [us] of `group`, from its next release on.
+    /// Changes period (ticks) and deadline (us) of `group`, from its next release on.
     ///
     /// # Errors
     /// Names what is out of its range; nothing is then changed.

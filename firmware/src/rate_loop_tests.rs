@@ -15,7 +15,7 @@ const CONFIG: RateLoopConfig = RateLoopConfig {
     overruns_to_failsafe: 3,
 };
 
-/// Runs `ticks` ticks of 1 ms from `start` [us]; every group that is due takes `cost` [us].
+/// Runs `ticks` ticks of 1 ms from `start` (us); every group that is due takes `cost` (us).
 fn run(rate_loop: &mut RateLoop, start: u32, ticks: u32, cost: [u32; GROUPS]) -> u32 {
     for tick in 0..ticks {
         let now = start.wrapping_add(tick * 1000);

@@ -4,25 +4,25 @@ use crate::pace::Pace;
 use crate::rate_loop::{Group, GroupConfig, RateLoop, RateLoopConfig};
 use crate::scenario::CONTROL_RATE;
 
-/// Telemetry group [Hz].
+/// Telemetry group (Hz).
 pub const TELEMETRY_RATE: u32 = 50;
-/// Housekeeping group [Hz].
+/// Housekeeping group (Hz).
 pub const HOUSEKEEPING_RATE: u32 = 10;
-/// Deadline of telemetry at its own rate [us]: half its period.
+/// Deadline of telemetry at its own rate (us): half its period.
 pub const TELEMETRY_DEADLINE: u32 = 500_000 / TELEMETRY_RATE;
 /// This many overruns of a group in a row lead to the failsafe.
 pub const OVERRUNS_TO_FAILSAFE: u32 = 3;
 
-/// The watchdog is fed so often while lock step waits for its host [Hz].
+/// The watchdog is fed so often while lock step waits for its host (Hz).
 pub const LOCK_STEP_FEED_RATE: u32 = 10;
 
-/// Who begins a tick, before the first one; lock step ends after `timeout` without a step [s].
+/// Who begins a tick, before the first one; lock step ends after `timeout` without a step (s).
 #[must_use]
 pub const fn pace(timeout: u32) -> Pace {
     Pace::new(timeout.saturating_mul(CONTROL_RATE), CONTROL_RATE / LOCK_STEP_FEED_RATE)
 }
 
-/// One control period [us].
+/// One control period (us).
 pub const TICK: u32 = 1_000_000 / CONTROL_RATE;
 
 /// Control has half its period, so that the groups below it have the other half; state input has
@@ -53,7 +53,7 @@ pub const RATE_LOOP: RateLoop = match RateLoop::new(CONFIG) {
     Err(_) => panic!("rates.rs: the rate loop refuses the configuration"),
 };
 
-/// Period [ticks] and deadline [us] of the telemetry group when a host asks for telemetry every
+/// Period (ticks) and deadline (us) of the telemetry group when a host asks for telemetry every
 /// `subscribed` ticks; its own rate, which also carries answers, when it asks for none; every tick in
 /// lock step, which waits for it.
 #[must_use]

@@ -59,7 +59,7 @@ impl ReferenceSource {
     }
 
     /// The reference after `flight_tick` ticks of flight, zero on the ground, at tick `uptime`;
-    /// `position_world` is where the vehicle is [m], held while nothing is streamed.
+    /// `position_world` is where the vehicle is (m), held while nothing is streamed.
     pub fn next(&mut self, flight_tick: u32, uptime: u32, position_world: Vec3) -> Reference {
         if let Origin::Trajectory(trajectory) = &self.origin {
             // Asked for several times a tick; its sine takes longer than a control step.

@@ -23,7 +23,7 @@ pub struct Sample {
 pub struct Reply {
     /// The command.
     pub wrench: Wrench,
-    /// Torque before saturation [N m].
+    /// Torque before saturation (N m).
     pub torque_demand_body: Vec3,
     /// Bits of the step's status.
     #[serde(with = "postcard::fixint::le")]
@@ -38,7 +38,7 @@ impl From<StepOutput> for Reply {
 }
 
 impl Sample {
-    /// Size of the record: 13 + 24 numbers of four bytes, little-endian [bytes].
+    /// Size of the record: 13 + 24 numbers of four bytes, little-endian (bytes).
     pub const SIZE: usize = 148;
 
     /// The record of this sample.
@@ -66,7 +66,7 @@ impl Sample {
 }
 
 impl Reply {
-    /// Size of the record: 7 numbers of four bytes and one of two, little-endian [bytes].
+    /// Size of the record: 7 numbers of four bytes and one of two, little-endian (bytes).
     pub const SIZE: usize = 30;
 
     /// The record of this reply.

@@ -10,11 +10,11 @@
 use ctrl_core::allocation::throttle;
 use embedded_hal::pwm::SetDutyCycle;
 
-/// Pulses a second [Hz]: the most that standard pulses leave room for.
+/// Pulses a second (Hz): the most that standard pulses leave room for.
 pub const PULSE_RATE: u32 = 400;
-/// Pulse at which a rotor stands still [s].
+/// Pulse at which a rotor stands still (s).
 pub const PULSE_STOP: f32 = 1.0e-3;
-/// Pulse at full speed [s].
+/// Pulse at full speed (s).
 pub const PULSE_FULL: f32 = 2.0e-3;
 
 /// The outputs of `N` rotors.
@@ -25,14 +25,14 @@ pub struct RotorOutput<P, const N: usize> {
 }
 
 impl<P: SetDutyCycle, const N: usize> RotorOutput<P, N> {
-    /// Takes the channels, all stopped; `thrust_max` is each rotor's thrust at full speed [N].
+    /// Takes the channels, all stopped; `thrust_max` is each rotor's thrust at full speed (N).
     pub fn new(channels: [P; N], thrust_max: [f32; N]) -> Self {
         let mut output = Self { channels, thrust_max };
         output.stop();
         output
     }
 
-    /// Commands the thrust of each rotor [N]; values outside `0..=thrust_max` are clipped, and
+    /// Commands the thrust of each rotor (N); values outside `0..=thrust_max` are clipped, and
     /// one that is not a number stops its rotor.
     ///
     /// A channel's error is not looked at: a timer's is [`core::convert::Infallible`].
@@ -54,12 +54,12 @@ impl<P: SetDutyCycle, const N: usize> RotorOutput<P, N> {
     }
 }
 
-/// Pulse length for a thrust [s].
+/// Pulse length for a thrust (s).
 fn pulse(thrust: f32, thrust_max: f32) -> f32 {
     PULSE_STOP + (PULSE_FULL - PULSE_STOP) * throttle(thrust, thrust_max)
 }
 
-/// Counts of a timer with `max` counts a period that give a pulse [s].
+/// Counts of a timer with `max` counts a period that give a pulse (s).
 fn duty(pulse: f32, max: u16) -> u16 {
     (pulse * PULSE_RATE as f32 * f32::from(max) + 0.5) as u16
 }

@@ -36,24 +36,24 @@ pub use upload::{PathUpload, UploadError};
 /// Version of the protocol; frames of another version are counted and dropped.
 pub const VERSION: u8 = 1;
 
-/// Longest parameter name [bytes].
+/// Longest parameter name (bytes).
 pub const NAME_MAX: usize = 48;
-/// Longest text of a fault report [bytes].
+/// Longest text of a fault report (bytes).
 pub const TEXT_MAX: usize = 96;
 /// Registers in a fault report.
 pub const REGISTERS: usize = 14;
 /// Rate groups in a health report.
 pub const GROUPS: usize = 4;
 
-/// Longest message [bytes]; the tests hold the longest of each kind against it.
+/// Longest message (bytes); the tests hold the longest of each kind against it.
 pub const MAX_MESSAGE: usize = 192;
 /// Direction and version, sequence.
 const HEADER: usize = 3;
 /// CRC-32.
 const CHECKSUM: usize = 4;
-/// Longest frame before COBS [bytes].
+/// Longest frame before COBS (bytes).
 const MAX_PAYLOAD: usize = HEADER + MAX_MESSAGE + CHECKSUM;
-/// Longest frame on the wire [bytes]: one byte of COBS and the delimiter more.
+/// Longest frame on the wire (bytes): one byte of COBS and the delimiter more.
 pub const MAX_FRAME: usize = MAX_PAYLOAD + 2;
 
 // One byte of COBS is enough up to here.

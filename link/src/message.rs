@@ -55,9 +55,9 @@ pub enum Uplink {
     SelectController(ControllerKind),
     /// Begins the upload of a waypoint path and forgets the last one.
     PathBegin {
-        /// Position at tick zero, at rest [m].
+        /// Position at tick zero, at rest (m).
         start_world: Vec3,
-        /// Heading of the path [rad].
+        /// Heading of the path (rad).
         yaw: f32,
         /// Number of legs that follow.
         legs: u8,
@@ -188,7 +188,7 @@ pub struct Identity {
     pub board: String<24>,
     /// The selected controller.
     pub controller: ControllerKind,
-    /// Control period [s].
+    /// Control period (s).
     pub step_period: f32,
     /// Control ticks since the start of the program.
     pub uptime_ticks: u64,
@@ -270,7 +270,7 @@ pub struct Telemetry {
     pub cause: Option<Cause>,
     /// The wrench that went to the rotors, after the mode's gate.
     pub wrench: Wrench,
-    /// `tau_d`: the torque before saturation [N m].
+    /// `tau_d`: the torque before saturation (N m).
     pub torque_demand_body: Vec3,
     /// Status of the step.
     pub status: StepStatus,
@@ -358,7 +358,7 @@ pub struct FaultReport {
 pub struct GroupHealth {
     /// Finishes, timely or late.
     pub completed: u32,
-    /// Longest time from release to finish [us].
+    /// Longest time from release to finish (us).
     pub worst_time: u32,
     /// Missed deadlines and missed releases.
     pub overruns: u32,

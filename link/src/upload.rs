@@ -55,7 +55,7 @@ pub struct PathUpload {
 }
 
 impl PathUpload {
-    /// Begins a path of `legs` legs, at rest in `start_world` [m] and with heading `yaw` [rad];
+    /// Begins a path of `legs` legs, at rest in `start_world` (m) and with heading `yaw` (rad);
     /// forgets what was there.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl PathUpload {
         self.path.as_ref().map_or(0, |path| path.legs.len() as u8)
     }
 
-    /// The complete path, validated for flight every `step_period` [s].
+    /// The complete path, validated for flight every `step_period` (s).
     ///
     /// # Errors
     /// When legs are missing, or the constructor of [`WaypointPath`] refuses it.

@@ -1,9 +1,7 @@
 //! Software-in-the-loop harness: flies the controllers of `ctrl-core` against a simulated vehicle.
 //!
-//! A [`scenario`] is read from TOML; its flight runs in [`closed_loop`] against the [`plant`];
-//! every tick is a [`sample`] that observers see, among them the monitors of the [`guarantee`]s.
-//! [`pil`] puts the firmware's image in the controller's place; a [`campaign`] flies a scenario many
-//! times.
+//! [`run`] flies scenarios of `sim` before every monitor and writes what they leave behind; [`pil`] puts
+//! the firmware's image in the controller's place; a [`campaign`] flies a scenario many times.
 
 pub mod asset;
 pub mod campaign;

@@ -16,7 +16,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// A flight of `ticks` control ticks that lasts `flight_time` [s].
+    /// A flight of `ticks` control ticks that lasts `flight_time` (s).
     #[must_use]
     pub fn new(name: &str, ticks: u64, flight_time: f64, quiet: bool) -> Self {
         let terminal = std::io::stderr().is_terminal();

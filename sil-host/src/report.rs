@@ -20,9 +20,9 @@ pub struct Outcome {
     pub broken_assumptions: Vec<String>,
     /// The guarantees.
     pub verdicts: Vec<Verdict>,
-    /// Simulated time [s].
+    /// Simulated time (s).
     pub flight_time: f64,
-    /// Time that the flight took, monitors and trace included [s].
+    /// Time that the flight took, monitors and trace included (s).
     pub wall_time: f64,
     /// Where the results were written.
     pub directory: PathBuf,

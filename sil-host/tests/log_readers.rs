@@ -34,7 +34,7 @@ fn printed(command: &mut Command) -> String {
     String::from_utf8(stdout).expect("UTF-8")
 }
 
-/// Flies a scenario with logs at `rate` [Hz]; the directory of its results.
+/// Flies a scenario with logs at `rate` (Hz); the directory of its results.
 fn flown(name: &str, test: &str, formats: &str, rate: &str) -> PathBuf {
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("log-readers").join(test);
     let _ = fs::remove_dir_all(&out);

@@ -146,7 +146,7 @@ impl<C: TrackingController, T: Trajectory> Flight<C, T> {
         self.tick
     }
 
-    /// Time since the start [s].
+    /// Time since the start (s).
     #[must_use]
     pub fn time(&self) -> f64 {
         self.tick as f64 * f64::from(self.controller.step_period())

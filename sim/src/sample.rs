@@ -10,7 +10,7 @@ use crate::plant::{AppliedWrench, Disturbance, PlantState};
 pub struct Sample {
     /// Control ticks since the start.
     pub tick: u64,
-    /// `tick` times the step period [s].
+    /// `tick` times the step period (s).
     pub time: f64,
     /// The plant's state.
     pub truth: PlantState,

@@ -42,7 +42,7 @@ fn weight() -> f64 {
     f64::from(BODY.mass as f32 * GRAVITY)
 }
 
-/// Acceleration of a level vehicle under `thrust` [m/s^2].
+/// Acceleration of a level vehicle under `thrust` (m/s^2).
 fn climb(thrust: f64) -> f64 {
     thrust / BODY.mass - f64::from(GRAVITY)
 }

@@ -20,7 +20,7 @@ pub fn truth(state: &PlantState) -> Truth {
     }
 }
 
-/// At rest beside the circle's start, tilted by `tilt` [rad] about `axis`.
+/// At rest beside the circle's start, tilted by `tilt` (rad) about `axis`.
 #[must_use]
 pub fn start(circle: &Circle, offset: DVec3, axis: DVec3, tilt: f64) -> PlantState {
     PlantState {
@@ -37,13 +37,13 @@ pub fn start(circle: &Circle, offset: DVec3, axis: DVec3, tilt: f64) -> PlantSta
 pub struct Held {
     /// Command.
     pub wrench: Wrench,
-    /// True mass [kg].
+    /// True mass (kg).
     pub mass: f64,
     /// Disturbance.
     pub disturbance: Disturbance,
 }
 
-/// Flies `ticks` ticks of `dt` [s]: `control` sees the tick and the truth; returns the last state.
+/// Flies `ticks` ticks of `dt` (s): `control` sees the tick and the truth; returns the last state.
 pub fn fly(
     start: PlantState,
     inertia: DVec3,

@@ -114,7 +114,7 @@ impl GoldenStep {
         DVec3::from_slice(self.expected[name].as_slice())
     }
 
-    /// Time since the first step [s].
+    /// Time since the first step (s).
     #[must_use]
     pub fn elapsed(&self) -> f64 {
         self.memory.t

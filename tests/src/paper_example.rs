@@ -7,13 +7,13 @@ use crate::transcription::{Gains, ReferencePoint};
 /// A circle with a climb that fades out, as in the paper's example, facing its centre.
 #[derive(Clone, Copy, Debug)]
 pub struct Circle {
-    /// Radius [m].
+    /// Radius (m).
     pub radius: f64,
-    /// Angular rate [rad/s].
+    /// Angular rate (rad/s).
     pub rate: f64,
-    /// Height climbed in the end [m].
+    /// Height climbed in the end (m).
     pub climb: f64,
-    /// Rate at which the climb fades [1/s].
+    /// Rate at which the climb fades (1/s).
     pub fading: f64,
 }
 
@@ -23,7 +23,7 @@ impl Circle {
     /// As much acceleration near the origin, where `f32` positions are fine.
     pub const SMALL: Self = Self { radius: 1.0, rate: 0.5, climb: 1.0, fading: 0.1 };
 
-    /// The reference at time `t` [s].
+    /// The reference at time `t` (s).
     #[must_use]
     pub fn at(&self, t: f64) -> ReferencePoint {
         let (sin, cos) = (self.rate * t).sin_cos();

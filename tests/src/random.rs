@@ -20,7 +20,7 @@ pub struct Step {
     pub reference: ReferencePoint,
     /// Memory.
     pub memory: Memory,
-    /// Time since the first step [s].
+    /// Time since the first step (s).
     pub elapsed: f64,
 }
 

@@ -12,7 +12,7 @@ use glam::{DVec3, Quat, Vec3};
 
 use crate::transcription::{Gains, Law, Memory, Quantities, Quaternion, ReferencePoint, Truth};
 
-/// `M_p` of every configuration built here [m/s^2]; the paper's trajectory needs 0.25.
+/// `M_p` of every configuration built here (m/s^2); the paper's trajectory needs 0.25.
 pub const REFERENCE_ACCELERATION_MAX: f32 = 0.3;
 
 /// The nearest `f32`, as `f64`.
@@ -59,7 +59,7 @@ pub fn reference(r: &ReferencePoint) -> Reference {
     }
 }
 
-/// The memory in `f32`; `elapsed` is the time behind its `decay` [s].
+/// The memory in `f32`; `elapsed` is the time behind its `decay` (s).
 #[must_use]
 pub fn checkpoint(memory: &Memory, elapsed: f64) -> Checkpoint {
     Checkpoint {

@@ -109,7 +109,7 @@ fn a_negated_quaternion_changes_no_bit_of_the_second_controllers_wrench() {
     flies_alike_through_both_signs(&controller);
 }
 
-/// Hover at the origin, facing `yaw` [rad].
+/// Hover at the origin, facing `yaw` (rad).
 fn hover(yaw: f64) -> ReferencePoint {
     let zero = DVec3::ZERO;
     let b2 = DVec3::new(-yaw.sin(), yaw.cos(), 0.0);
@@ -125,7 +125,7 @@ fn hover(yaw: f64) -> ReferencePoint {
     }
 }
 
-/// What attitude control alone does from rest: the angle to the desired attitude at every tick [rad].
+/// What attitude control alone does from rest: the angle to the desired attitude at every tick (rad).
 /// Position and velocity are put back after each tick, so that the desired attitude stands still.
 fn turning<C: TrackingController>(controller: &C, yaw: f64, from: DQuat, ticks: u32) -> Vec<f64> {
     let reference = reference(&hover(yaw));

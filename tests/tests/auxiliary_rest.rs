@@ -19,14 +19,14 @@ fn turning(rate: f32) -> VehicleState {
     VehicleState { rate_body: Vec3::X * rate, ..VehicleState::at_rest(Vec3::ZERO) }
 }
 
-/// What the torque about x exceeds its limit by when turning at `rate` [N m].
+/// What the torque about x exceeds its limit by when turning at `rate` (N m).
 fn excess(controller: &Saturated, rate: f32) -> f32 {
     let mut state = controller.initial_state();
     let output = controller.step(&mut state, &turning(rate), &Reference::hover(Vec3::ZERO));
     output.torque_demand_body.x.abs() - output.wrench.torque_body.x.abs()
 }
 
-/// The slowest turn whose torque saturates, by bisection [rad/s].
+/// The slowest turn whose torque saturates, by bisection (rad/s).
 fn barely_saturating(controller: &Saturated) -> f32 {
     let (mut below, mut above) = (0.0, 1.0);
     assert!(excess(controller, below) == 0.0 && excess(controller, above) > 0.0);

@@ -11,7 +11,7 @@ const TIMES: usize = if cfg!(feature = "exhaustive") { 8 } else { 1 };
 /// whole would leave it nothing. Noise always has the whole.
 const LASTING_TORQUE: f64 = 0.25;
 
-/// With this duration and time to settle [s].
+/// With this duration and time to settle (s).
 fn timed(mut cases: Vec<Case>, duration: f64, settle_time: f64) -> Vec<Case> {
     for case in &mut cases {
         case.scenario.duration = duration;

@@ -8,7 +8,7 @@ use system_tests::grid::{Case, Kind, Outcome, STEP_PERIODS, fly_all};
 
 /// Starts of a sweep.
 const STARTS: u32 = 12;
-/// Length of controller 2's flights [s].
+/// Length of controller 2's flights (s).
 const DURATION: f64 = 400.0;
 
 /// What disturbs a recovery.
@@ -55,14 +55,14 @@ fn starts(name: &str, air: Air) -> Vec<Case> {
     (0..STARTS).map(start).collect()
 }
 
-/// Bounds of a sweep: distance from the reference at the end and ever [m].
+/// Bounds of a sweep: distance from the reference at the end and ever (m).
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
     end: f64,
     farthest: f64,
 }
 
-/// Distance from the reference at the end [m].
+/// Distance from the reference at the end (m).
 fn end(outcome: &Outcome) -> f64 {
     outcome.last_leg[1]
 }

@@ -13,7 +13,7 @@ use crate::step_image::CONTROLLERS;
 use crate::{firmware, image_stack};
 
 const FILE: &str = "budgets.toml";
-/// RAM of the board that `memory.x` gives the linker [B].
+/// RAM of the board that `memory.x` gives the linker (B).
 const RAM: u64 = 127 * 1024;
 /// Steps a second that shares of the period refer to.
 const RATE: f64 = 1000.0;

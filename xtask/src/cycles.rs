@@ -11,7 +11,7 @@ use crate::disassembly::Instruction;
 
 /// Pipeline refill `P` after a taken branch: 1 to 3.
 const REFILL: u64 = 3;
-/// Core clock of the STM32F405 [Hz].
+/// Core clock of the STM32F405 (Hz).
 pub const CLOCK: f64 = 168e6;
 
 /// Cycles of one instruction; of a conditional branch, when taken.

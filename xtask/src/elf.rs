@@ -76,7 +76,7 @@ impl Image {
         function.range.contains(&address).then_some(function)
     }
 
-    /// Stack frame of the function that starts at `address` [B], from the compiler.
+    /// Stack frame of the function that starts at `address` (B), from the compiler.
     pub fn stack_size(&self, address: u64) -> Option<u64> {
         self.stack_sizes.get(&address).copied()
     }

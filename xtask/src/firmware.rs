@@ -28,7 +28,7 @@ pub fn image(outfit: &str) -> PathBuf {
     Path::new("target").join(format!("firmware-{outfit}"))
 }
 
-/// Deepest stack that the emulated image finds in its painted memory after 3 s [B].
+/// Deepest stack that the emulated image finds in its painted memory after 3 s (B).
 pub fn painted_stack() -> Result<u64> {
     let output = command(["timeout", "60", "qemu-system-arm", "-machine", "netduinoplus2"])
         .args(["-nodefaults", "-display", "none", "-monitor", "none"])

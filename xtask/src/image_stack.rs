@@ -32,7 +32,7 @@ const POINTERS: &[KnownPointer] = &[
     },
 ];
 
-/// Prints and returns the worst case [B].
+/// Prints and returns the worst case (B).
 ///
 /// Every handler of the vector table is taken to interrupt the one before, as if each had a
 /// priority of its own, fault handlers included: an upper bound.

@@ -11,7 +11,7 @@ use crate::step_image::{Flight, NONE, StepImage, build, read_words};
 
 /// Where the flights for the step images are written.
 pub const SAMPLES: &str = "target/step-samples";
-/// How far the static stack bound may lie above the deepest stack that was seen [B].
+/// How far the static stack bound may lie above the deepest stack that was seen (B).
 const STACK_MARGIN: u64 = 64;
 
 /// Builds images and plugin, and writes the flights.
@@ -62,9 +62,9 @@ pub struct Measurement {
     pub flash: u64,
     /// Bytes of RAM: the validated controller and its state.
     pub ram: u64,
-    /// Worst-case stack of the step from the call graph [B].
+    /// Worst-case stack of the step from the call graph (B).
     pub stack: u64,
-    /// Deepest stack seen in painted memory [B].
+    /// Deepest stack seen in painted memory (B).
     pub painted_stack: u64,
 }
 

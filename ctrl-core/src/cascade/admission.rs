@@ -13,7 +13,7 @@ use crate::rotation::renormalised;
 use crate::saturation::clip;
 use crate::vehicle::VehicleState;
 
-/// Squares [SI units] of state, reference or errors that sum to more than this are nothing a vehicle
+/// Squares (SI units) of state, reference or errors that sum to more than this are nothing a vehicle
 /// can follow: 1,000 km, 1,000 km/s. NaN and infinities do not compare as smaller either.
 const SQUARE_MAX: f32 = 1e12;
 

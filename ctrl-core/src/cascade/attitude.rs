@@ -43,9 +43,9 @@ const SINGULAR_SINE: f32 = 0.02;
 pub(crate) struct DesiredAttitude {
     /// `R_d`, or `R_a R_d` with an auxiliary attitude: desired axes in the world frame.
     pub axes_world: Mat3,
-    /// `w_d` in the axes of `R_d` [rad/s].
+    /// `w_d` in the axes of `R_d` (rad/s).
     pub rate: Vec3,
-    /// `w_d'` [rad/s^2].
+    /// `w_d'` (rad/s^2).
     pub rate_dot: Vec3,
     /// The lateral axis `r2`, to be held where the next one is undefined.
     pub lateral: Vec3,

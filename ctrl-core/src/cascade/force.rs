@@ -39,12 +39,12 @@ pub(crate) struct ForceCommand {
     /// `G` and `G'`.
     pub g: Vec3,
     pub g_dot: Vec3,
-    /// `u`, `u'`, `u''`: commanded specific force [m/s^2].
+    /// `u`, `u'`, `u''`: commanded specific force (m/s^2).
     pub u: Jet<Vec3>,
     /// `n = |u|` and its rate.
     pub n: f32,
     pub n_dot: f32,
-    /// `f = |alpha| = n/beta` [N].
+    /// `f = |alpha| = n/beta` (N).
     pub thrust: f32,
     /// `beta'` (14).
     pub inverse_mass_rate: f32,

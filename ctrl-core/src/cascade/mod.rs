@@ -182,7 +182,7 @@ impl Cascade {
 }
 
 impl CascadeState {
-    /// `beta` [1/kg].
+    /// `beta` (1/kg).
     #[inline(always)]
     pub fn inverse_mass(&self) -> f32 {
         self.inverse_mass.value()

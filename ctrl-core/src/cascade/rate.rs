@@ -30,14 +30,14 @@ pub(crate) struct AuxiliaryTerms {
     pub eta: f32,
     /// `E = R^T eps_a`.
     pub eps_body: Vec3,
-    /// `w_a` [rad/s].
+    /// `w_a` (rad/s).
     pub rate: Vec3,
-    /// `k5` [1/s].
+    /// `k5` (1/s).
     pub k5: f32,
 }
 
 impl AuxiliaryTerms {
-    /// `o = R_ta^T W_a` [rad/s].
+    /// `o = R_ta^T W_a` (rad/s).
     #[inline(always)]
     fn rate_body(&self) -> Vec3 {
         self.rate - self.k5 * self.eps_body
@@ -54,11 +54,11 @@ impl AuxiliaryTerms {
 /// `mu` and its derivative.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct VirtualRate {
-    /// `mu` [rad/s].
+    /// `mu` (rad/s).
     pub mu: Vec3,
-    /// `mu'` [rad/s^2].
+    /// `mu'` (rad/s^2).
     pub mu_dot: Vec3,
-    /// `R_a W_a`: rate of the auxiliary attitude in world axes [rad/s].
+    /// `R_a W_a`: rate of the auxiliary attitude in world axes (rad/s).
     pub auxiliary_rate_world: Vec3,
 }
 

@@ -18,7 +18,7 @@ const SQRT_3: f32 = 1.732_050_8;
 /// Largest product of a loop's rate and the step period.
 const STEP_RATE_MAX: f32 = 1.0;
 
-/// Refuses a loop rate [1/s] that a step of `step_period` [s] cannot integrate.
+/// Refuses a loop rate (1/s) that a step of `step_period` (s) cannot integrate.
 pub(crate) fn require_integrable(
     judge: &mut impl Judge,
     parameter: &'static str,

@@ -38,7 +38,7 @@ pub enum TrajectoryConfig {
 }
 
 impl TrajectoryConfig {
-    /// Builds the trajectory, sampled every `step_period` [s].
+    /// Builds the trajectory, sampled every `step_period` (s).
     ///
     /// # Errors
     /// That of the kind's constructor: the field or product, its value and the bound.

@@ -22,7 +22,7 @@ use crate::reference::Reference;
 pub enum Heading {
     /// Along the velocity.
     Tangent,
-    /// At this angle from world x about world z [rad], within a turn.
+    /// At this angle from world x about world z (rad), within a turn.
     Yaw(f32),
 }
 
@@ -30,11 +30,11 @@ pub enum Heading {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CircleConfig {
-    /// Centre [m]; its third coordinate is the constant height.
+    /// Centre (m); its third coordinate is the constant height.
     pub centre_world: Vec3,
-    /// `R`: radius [m], not negative.
+    /// `R`: radius (m), not negative.
     pub radius: f32,
-    /// `w`: angular rate [rad/s], positive anticlockwise.
+    /// `w`: angular rate (rad/s), positive anticlockwise.
     pub angular_rate: f32,
     /// Where body x points.
     pub heading: Heading,
@@ -53,7 +53,7 @@ pub struct Circle {
 }
 
 impl Circle {
-    /// Flies `config`, sampled every `step_period` [s].
+    /// Flies `config`, sampled every `step_period` (s).
     ///
     /// # Errors
     /// Names the field that is out of its range, the step period, or the product of radius and

@@ -21,7 +21,7 @@ const STENCILS: [([f64; 7], f64); 4] = [
 /// relative to the largest value over the samples.
 const ACCURACY: [f64; 8] = [1e-6, 1e-6, 1e-6, 1e-6, 5e-6, 1e-6, 1e-6, 1e-6];
 
-/// Time at `tick` [s].
+/// Time at `tick` (s).
 pub fn at(trajectory: &impl Trajectory, tick: u64) -> f64 {
     tick as f64 * f64::from(trajectory.step_period())
 }
@@ -48,7 +48,7 @@ pub fn derivative(f: &impl Fn(f64) -> [f64; 3], t: f64, h: f64, order: usize) ->
 }
 
 /// Asserts position to snap and `b2d` with two derivatives against closed forms of time, and the
-/// orthogonality of `b2d`, over `duration` [s]. `scale` [s] is the time in which the motion changes.
+/// orthogonality of `b2d`, over `duration` (s). `scale` (s) is the time in which the motion changes.
 pub fn assert_follows(
     trajectory: &impl Trajectory,
     duration: f64,

@@ -34,7 +34,7 @@ pub(super) struct Phasor {
 }
 
 impl Rotation {
-    /// Rotation at `rate` [rad/s], either way, sampled every `step_period` [s].
+    /// Rotation at `rate` (rad/s), either way, sampled every `step_period` (s).
     ///
     /// # Errors
     /// Names `parameter` when a step turns by more than half a radian.
@@ -68,24 +68,24 @@ impl Rotation {
     }
 }
 
-/// Amplitudes of a harmonic motion and of its first four derivatives: `A w^k` [m/s^k].
+/// Amplitudes of a harmonic motion and of its first four derivatives: `A w^k` (m/s^k).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Harmonic(Coordinate);
 
 impl Harmonic {
-    /// Amplitude [m] at an angular rate [rad/s].
+    /// Amplitude (m) at an angular rate (rad/s).
     pub fn new(amplitude: f32, rate: f32) -> Self {
         let (a, w) = (f64::from(amplitude), f64::from(rate));
         Self([a, a * w, a * w * w, a * w * w * w, a * w * w * w * w].map(|x| x as f32))
     }
 
-    /// Largest acceleration `A w^2` [m/s^2]; no sample exceeds it, in f32 either.
+    /// Largest acceleration `A w^2` (m/s^2); no sample exceeds it, in f32 either.
     pub fn acceleration(&self) -> f32 {
         let Self([_, _, acceleration, _, _]) = *self;
         acceleration.abs()
     }
 
-    /// `A w^k` for `k` from 0 to 4 [m/s^k].
+    /// `A w^k` for `k` from 0 to 4 (m/s^k).
     pub fn amplitudes(&self) -> Coordinate {
         self.0
     }

@@ -12,9 +12,9 @@ use crate::reference::Reference;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HoverConfig {
-    /// `p_d`: position [m], each coordinate within [`REACH`](super::REACH).
+    /// `p_d`: position (m), each coordinate within [`REACH`](super::REACH).
     pub position_world: Vec3,
-    /// Angle of body x from world x about world z [rad], within a turn.
+    /// Angle of body x from world x about world z (rad), within a turn.
     pub yaw: f32,
 }
 
@@ -26,7 +26,7 @@ pub struct Hover {
 }
 
 impl Hover {
-    /// Hovers as `config` says, sampled every `step_period` [s].
+    /// Hovers as `config` says, sampled every `step_period` (s).
     ///
     /// # Errors
     /// Names a field that is not finite or out of its range, or the step period.

@@ -20,15 +20,15 @@ use crate::reference::Reference;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LemniscateConfig {
-    /// Crossing point [m]; its third coordinate is the constant height.
+    /// Crossing point (m); its third coordinate is the constant height.
     pub centre_world: Vec3,
-    /// `A`: largest excursion along world x [m], not negative.
+    /// `A`: largest excursion along world x (m), not negative.
     pub amplitude_x: f32,
-    /// `B`: largest excursion along world y [m], not negative.
+    /// `B`: largest excursion along world y (m), not negative.
     pub amplitude_y: f32,
-    /// `w`: angular rate of a whole figure [rad/s].
+    /// `w`: angular rate of a whole figure (rad/s).
     pub angular_rate: f32,
-    /// Angle of body x from world x about world z [rad], within a turn.
+    /// Angle of body x from world x about world z (rad), within a turn.
     pub yaw: f32,
 }
 
@@ -44,7 +44,7 @@ pub struct Lemniscate {
 }
 
 impl Lemniscate {
-    /// Flies `config`, sampled every `step_period` [s].
+    /// Flies `config`, sampled every `step_period` (s).
     ///
     /// # Errors
     /// Names the field that is out of its range, the step period, or the product of amplitude and

@@ -29,7 +29,7 @@ pub use lemniscate::{Lemniscate, LemniscateConfig};
 pub use rising_circle::{RisingCircle, RisingCircleConfig};
 pub use waypoint_path::{Leg, MAX_LEGS, WaypointPath, WaypointPathConfig};
 
-/// Largest coordinate or extent of a trajectory [m]; f32 resolves it to 8 mm.
+/// Largest coordinate or extent of a trajectory (m); f32 resolves it to 8 mm.
 pub const REACH: f32 = 1e5;
 
 /// A reference for every tick.
@@ -37,10 +37,10 @@ pub trait Trajectory {
     /// The reference at `tick` steps after the start.
     fn reference(&self, tick: u64) -> Reference;
 
-    /// A bound of the magnitude of each component of the acceleration, over all time [m/s^2].
+    /// A bound of the magnitude of each component of the acceleration, over all time (m/s^2).
     fn acceleration_bound(&self) -> f32;
 
-    /// The time between two ticks [s].
+    /// The time between two ticks (s).
     fn step_period(&self) -> f32;
 }
 
@@ -52,7 +52,7 @@ const fn resting(position: f32) -> Coordinate {
     [position, 0.0, 0.0, 0.0, 0.0]
 }
 
-/// Puts the reference together from its coordinates, each relative to `origin_world` [m]; the
+/// Puts the reference together from its coordinates, each relative to `origin_world` (m); the
 /// heading is left to the caller.
 fn from_coordinates(origin_world: Vec3, [x, y, z]: [Coordinate; 3]) -> Reference {
     let ([x0, x1, x2, x3, x4], [y0, y1, y2, y3, y4], [z0, z1, z2, z3, z4]) = (x, y, z);
@@ -65,7 +65,7 @@ fn from_coordinates(origin_world: Vec3, [x, y, z]: [Coordinate; 3]) -> Reference
     }
 }
 
-/// The unit vector in the horizontal plane at the angle `yaw` [rad] from world x.
+/// The unit vector in the horizontal plane at the angle `yaw` (rad) from world x.
 fn horizontal(yaw: f32) -> Vec3 {
     let (sin, cos) = libm::sincosf(yaw);
     Vec3::new(cos, sin, 0.0)
@@ -89,7 +89,7 @@ fn require_position(parameter: &'static str, position: Vec3) -> Result<(), Confi
     })
 }
 
-/// Refuses an angle that is not finite or beyond a turn either way [rad].
+/// Refuses an angle that is not finite or beyond a turn either way (rad).
 fn require_yaw(parameter: &'static str, yaw: f32) -> Result<(), ConfigError> {
     use core::f32::consts::TAU;
     require(parameter, yaw, Bound::Inside(-TAU, TAU), "at most one turn")

@@ -21,13 +21,13 @@ use crate::reference::Reference;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RisingCircleConfig {
-    /// `R`: radius [m], not negative.
+    /// `R`: radius (m), not negative.
     pub radius: f32,
-    /// `w`: angular rate [rad/s], positive anticlockwise.
+    /// `w`: angular rate (rad/s), positive anticlockwise.
     pub angular_rate: f32,
-    /// `h`: height that is approached [m].
+    /// `h`: height that is approached (m).
     pub height: f32,
-    /// `l`: rate of rise [1/s], not negative; after `1/l` 63 % of the height is reached.
+    /// `l`: rate of rise (1/s), not negative; after `1/l` 63 % of the height is reached.
     pub rise_rate: f32,
 }
 
@@ -37,7 +37,7 @@ pub struct RisingCircle {
     circle: Harmonic,
     rotation: Rotation,
     angular_rate: f32,
-    /// `h l^k`: the height and the largest of each of its derivatives [m/s^k].
+    /// `h l^k`: the height and the largest of each of its derivatives (m/s^k).
     rise: Harmonic,
     /// `l dt`: decay of the remaining rise in one step.
     decay_per_tick: f32,
@@ -45,7 +45,7 @@ pub struct RisingCircle {
 }
 
 impl RisingCircle {
-    /// Flies `config`, sampled every `step_period` [s].
+    /// Flies `config`, sampled every `step_period` (s).
     ///
     /// # Errors
     /// Names the field that is out of its range, the step period, or the product of radius and

@@ -36,20 +36,20 @@ const BOUND_SAMPLES: u16 = 128;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Leg {
-    /// `T`: time from the last waypoint [s]; rounded to whole steps, at least 10 and at most 2^24.
+    /// `T`: time from the last waypoint (s); rounded to whole steps, at least 10 and at most 2^24.
     pub duration: f32,
-    /// Position of the waypoint [m], each coordinate within [`REACH`](super::REACH).
+    /// Position of the waypoint (m), each coordinate within [`REACH`](super::REACH).
     pub position_world: Vec3,
-    /// Velocity at the waypoint [m/s]; zero unless given.
+    /// Velocity at the waypoint (m/s); zero unless given.
     #[serde(default)]
     pub velocity_world: Vec3,
-    /// Acceleration at the waypoint [m/s^2]; zero unless given.
+    /// Acceleration at the waypoint (m/s^2); zero unless given.
     #[serde(default)]
     pub acceleration_world: Vec3,
 }
 
 impl Leg {
-    /// A leg of `duration` [s] that ends at rest in `position_world` [m].
+    /// A leg of `duration` (s) that ends at rest in `position_world` (m).
     #[must_use]
     pub const fn to(position_world: Vec3, duration: f32) -> Self {
         Self {
@@ -65,9 +65,9 @@ impl Leg {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WaypointPathConfig {
-    /// Position at tick zero, at rest [m].
+    /// Position at tick zero, at rest (m).
     pub start_world: Vec3,
-    /// Angle of body x from world x about world z [rad], within a turn.
+    /// Angle of body x from world x about world z (rad), within a turn.
     pub yaw: f32,
     /// The legs in order, one to [`MAX_LEGS`]; the last one ends at rest.
     pub legs: heapless::Vec<Leg, MAX_LEGS>,
@@ -87,18 +87,18 @@ pub struct WaypointPath {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Segment {
     ticks: u32,
-    /// `T` [s].
+    /// `T` (s).
     duration: f32,
-    /// `p0` [m].
+    /// `p0` (m).
     origin_world: Vec3,
-    /// `b_i - p0` [m].
+    /// `b_i - p0` (m).
     offset: [Vec3; 10],
-    /// Bernstein coefficients of the acceleration [m/s^2].
+    /// Bernstein coefficients of the acceleration (m/s^2).
     acceleration: [Vec3; 8],
 }
 
 impl WaypointPath {
-    /// Flies `config`, sampled every `step_period` [s].
+    /// Flies `config`, sampled every `step_period` (s).
     ///
     /// # Errors
     /// Names the field that is out of its range, a missing leg, a last leg that does not end at
@@ -201,7 +201,7 @@ impl Segment {
         }
     }
 
-    /// Largest component of the acceleration [m/s^2].
+    /// Largest component of the acceleration (m/s^2).
     ///
     /// Between samples `h` apart a function leaves its chord by at most `h^2/8 max|f''|`, and the
     /// Bernstein coefficients of `f''` bound it. The last factor covers the rounding.
@@ -221,7 +221,7 @@ impl Segment {
     }
 }
 
-/// `b_i - p0` of the leg `from` one waypoint `to` the next in `t` [s].
+/// `b_i - p0` of the leg `from` one waypoint `to` the next in `t` (s).
 fn control_points(from: &Leg, to: &Leg, t: f64) -> [DVec3; 10] {
     let length = to.position_world.as_dvec3() - from.position_world.as_dvec3();
     let near = |leg: &Leg, t: f64, i: usize| {

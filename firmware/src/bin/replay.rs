@@ -20,7 +20,7 @@ use semihosting::io::{Read, Write};
 use semihosting::{eprintln, process};
 use stm32f4xx_hal as _;
 
-/// Longest command line and path [bytes].
+/// Longest command line and path (bytes).
 const TEXT: usize = 512;
 
 #[cortex_m_rt::entry]

@@ -42,10 +42,10 @@ pub trait Board: Sized {
     /// Where parameters are kept: two sectors to erase.
     type Storage: NorFlash + Send;
 
-    /// Frequency that SysTick counts [Hz].
+    /// Frequency that SysTick counts (Hz).
     const CORE_CLOCK: u32;
 
-    /// Frequency that the stopwatch timer TIM2 counts before its prescaler [Hz].
+    /// Frequency that the stopwatch timer TIM2 counts before its prescaler (Hz).
     const STOPWATCH_CLOCK: u32;
 
     /// What the board is called on the link, at most 24 bytes.
@@ -93,7 +93,7 @@ pub trait Board: Sized {
     #[inline(always)]
     fn exchange() {}
 
-    /// Lock step ends when its host has been silent for so long [s].
+    /// Lock step ends when its host has been silent for so long (s).
     fn lock_step_timeout() -> u32 {
         20
     }

@@ -13,7 +13,7 @@ use crate::rotor_output::RotorOutput;
 /// Bits a second on the link.
 pub const LINK_RATE: u32 = 2_000_000;
 
-/// Time without a feed after which the watchdog resets the chip [ms].
+/// Time without a feed after which the watchdog resets the chip (ms).
 pub const WATCHDOG_TIMEOUT: u32 = 250;
 
 /// The rotor outputs of the active board.
@@ -36,7 +36,7 @@ pub struct Peripherals {
 }
 
 impl Peripherals {
-    /// Sets up clocks and peripherals; `thrust_max` is each rotor's thrust at full speed [N].
+    /// Sets up clocks and peripherals; `thrust_max` is each rotor's thrust at full speed (N).
     #[must_use]
     pub fn new(
         device: pac::Peripherals,
@@ -94,7 +94,7 @@ fn start_stopwatch(timer: &pac::TIM2, rcc: &pac::RCC) {
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
-/// Time since the start [us]; wraps after 71 minutes.
+/// Time since the start (us); wraps after 71 minutes.
 #[inline(always)]
 #[must_use]
 pub fn now() -> u32 {

@@ -14,7 +14,7 @@ use sim::scenario::{LoadedScenario, Scenario, ScenarioError};
 pub struct Run {
     /// A row a variant.
     pub rows: Vec<Row>,
-    /// Simulated time of all variants together [s].
+    /// Simulated time of all variants together (s).
     pub flight_time: f64,
 }
 

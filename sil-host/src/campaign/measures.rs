@@ -57,14 +57,14 @@ pub const MEASURES: [Measure; 19] = measures![
 /// Measures of a flight in progress.
 #[derive(Clone, Debug)]
 pub struct Measures {
-    /// Of position [m], tilt and heading.
+    /// Of position (m), tilt and heading.
     bounds: (f64, Angle, Angle),
     step_period: f64,
     true_mass: f64,
     ticks: u64,
-    /// Distance from the reference [m], tilt and heading error.
+    /// Distance from the reference (m), tilt and heading error.
     errors: (f64, Angle, Angle),
-    /// From when on each of them has been within its bound [s]; none while it is outside.
+    /// From when on each of them has been within its bound (s); none while it is outside.
     settled: [Option<f64>; 3],
     position_peak: f64,
     position_square_sum: f64,

@@ -27,7 +27,7 @@ struct Flown {
     runs: u32,
     /// Runs of earlier sessions.
     before: u32,
-    /// Simulated time [s].
+    /// Simulated time (s).
     time: f64,
     /// Lines shown.
     lines: u32,
@@ -53,7 +53,7 @@ impl Progress {
         Self { name: name.to_owned(), bar, lines, total, started: Instant::now(), flown }
     }
 
-    /// A run has been flown, `time` [s] of flight in all its variants.
+    /// A run has been flown, `time` (s) of flight in all its variants.
     pub fn flown(&self, time: f64) {
         let mut flown = self.flown.lock().unwrap_or_else(PoisonError::into_inner);
         flown.runs += 1;

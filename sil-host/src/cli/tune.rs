@@ -13,10 +13,10 @@ pub struct TuneArguments {
     /// uncertainty are taken and whose gains are not.
     #[arg(value_name = "FILE|NAME")]
     pub vehicle: String,
-    /// Least modulus of the poles of position and height [rad/s]; 0.5 by default.
+    /// Least modulus of the poles of position and height (rad/s); 0.5 by default.
     #[arg(long, value_name = "RAD/S")]
     pub position_bandwidth: Option<f64>,
-    /// Least modulus of the poles of the attitude [rad/s]; five times the position's by default, less
+    /// Least modulus of the poles of the attitude (rad/s); five times the position's by default, less
     /// where the torque does not allow it.
     #[arg(long, value_name = "RAD/S")]
     pub attitude_bandwidth: Option<f64>,
@@ -26,10 +26,10 @@ pub struct TuneArguments {
     /// Share of the room of every inequality that stays free; 0.1 by default.
     #[arg(long, value_name = "SHARE")]
     pub margin: Option<f64>,
-    /// Position error up to which the position loop is about linear [m]; 0.2 by default.
+    /// Position error up to which the position loop is about linear (m); 0.2 by default.
     #[arg(long, value_name = "M")]
     pub position_range: Option<f64>,
-    /// Attitude error up to which the torque suffices for the bandwidth [rad]; 0.15 by default.
+    /// Attitude error up to which the torque suffices for the bandwidth (rad); 0.15 by default.
     #[arg(long, value_name = "RAD")]
     pub attitude_range: Option<f64>,
     /// Write a complete scenario with the gains, ready for `run`.

@@ -22,17 +22,17 @@ pub struct Figure {
     pub legend: Vec<(Style, String)>,
     /// Panels from left to right, with the share of the width that each takes.
     pub panels: Vec<(f64, Panel)>,
-    /// Height of the axes [px].
+    /// Height of the axes (px).
     pub height: f64,
 }
 
-/// Width of every figure [px].
+/// Width of every figure (px).
 const WIDTH: f64 = 1160.0;
-/// Room left of each panel's axes for its tick labels [px].
+/// Room left of each panel's axes for its tick labels (px).
 const GUTTER: f64 = 74.0;
-/// Upper edge of the axes [px].
+/// Upper edge of the axes (px).
 const TOP: f64 = 84.0;
-/// Room below the axes [px].
+/// Room below the axes (px).
 const BOTTOM: f64 = 48.0;
 
 impl Figure {

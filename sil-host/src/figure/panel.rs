@@ -17,7 +17,7 @@ pub struct Line {
 pub struct Style {
     /// Colour.
     pub colour: &'static str,
-    /// Width [px].
+    /// Width (px).
     pub width: f64,
     /// SVG dash pattern; empty for a solid line.
     pub dashes: &'static str,
@@ -86,7 +86,7 @@ pub struct Panel {
     pub equal: bool,
 }
 
-/// The frame of a panel on the page [px].
+/// The frame of a panel on the page (px).
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     /// Left edge of the axes.

@@ -11,31 +11,31 @@ use sim::sample::Sample;
 
 /// First index of each recorded quantity; vectors take three, `q_e` four (scalar first).
 pub mod channel {
-    /// `e_p` [m].
+    /// `e_p` (m).
     pub const POSITION_ERROR: usize = 0;
     /// `q_e`.
     pub const ATTITUDE_ERROR: usize = 3;
-    /// `f` [N].
+    /// `f` (N).
     pub const THRUST: usize = 7;
-    /// `tau` [N m].
+    /// `tau` (N m).
     pub const TORQUE: usize = 8;
-    /// `tau_d` [N m].
+    /// `tau_d` (N m).
     pub const TORQUE_DEMAND: usize = 11;
-    /// Mass estimate [kg].
+    /// Mass estimate (kg).
     pub const MASS: usize = 14;
-    /// Inertia estimate [kg m^2].
+    /// Inertia estimate (kg m^2).
     pub const INERTIA: usize = 15;
-    /// `w_a` [rad/s].
+    /// `w_a` (rad/s).
     pub const AUXILIARY_RATE: usize = 18;
-    /// Angle of `q_a` [rad].
+    /// Angle of `q_a` (rad).
     pub const AUXILIARY_ANGLE: usize = 21;
     /// V less its first value.
     pub const LYAPUNOV: usize = 22;
     /// V without its parameter terms.
     pub const LYAPUNOV_STATE: usize = 23;
-    /// Angle between body z and `b3d` [rad].
+    /// Angle between body z and `b3d` (rad).
     pub const TILT: usize = 24;
-    /// Height of vehicle and reference [m].
+    /// Height of vehicle and reference (m).
     pub const HEIGHT: usize = 25;
     /// How many there are.
     pub const COUNT: usize = 27;
@@ -44,9 +44,9 @@ pub mod channel {
 /// One interval of the flight, cut into columns.
 #[derive(Clone, Debug)]
 pub struct Window {
-    /// Its start [s].
+    /// Its start (s).
     pub start: f64,
-    /// Its end [s].
+    /// Its end (s).
     pub end: f64,
     columns: Vec<Column>,
 }
@@ -104,7 +104,7 @@ impl Window {
             })
     }
 
-    /// The way of the vehicle and that of the reference over the ground [m].
+    /// The way of the vehicle and that of the reference over the ground (m).
     #[must_use]
     pub fn ground_tracks(&self) -> [Vec<(f64, f64)>; 2] {
         let track = |place: fn(&Column) -> DVec2| {
@@ -128,11 +128,11 @@ pub struct Recorder {
     first_lyapunov: Option<f64>,
 }
 
-/// Length of the enlarged start of the flight [s].
+/// Length of the enlarged start of the flight (s).
 pub const TRANSIENT: f64 = 20.0;
 
 impl Recorder {
-    /// For a flight of `duration` that settles within `settle_time` [s].
+    /// For a flight of `duration` that settles within `settle_time` (s).
     #[must_use]
     pub fn new(duration: f64, settle_time: f64) -> Self {
         let duration = duration.max(f64::MIN_POSITIVE);

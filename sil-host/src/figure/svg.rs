@@ -11,7 +11,7 @@ pub struct Svg {
 /// How a text is aligned and set.
 #[derive(Clone, Copy, Debug)]
 pub struct Font {
-    /// Height [px].
+    /// Height (px).
     pub size: f64,
     /// `start`, `middle` or `end`.
     pub anchor: &'static str,
@@ -197,7 +197,7 @@ fn subscripts(text: &str, size: f64) -> String {
     set
 }
 
-/// Width of `text` in Helvetica-like type, near enough to lay out a legend [px].
+/// Width of `text` in Helvetica-like type, near enough to lay out a legend (px).
 #[must_use]
 pub fn text_width(text: &str, size: f64) -> f64 {
     let shown = text.chars().filter(|character| !"_{}".contains(*character)).count();

@@ -26,7 +26,7 @@ pub struct Description {
     pub toml: String,
     /// Every number of the controller and the true vehicle, by the path of its field.
     pub parameters: Vec<(String, f32)>,
-    /// Fixed time between two control ticks [s].
+    /// Fixed time between two control ticks (s).
     pub step_period: f64,
     /// The set in which every wrench of the controller lies.
     pub bounds: WrenchBounds,

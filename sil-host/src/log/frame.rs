@@ -31,7 +31,7 @@ pub fn ned_from_frd(q: DQuat) -> DQuat {
     DQuat::from_xyzw(q.x + q.y, q.x - q.y, q.w - q.z, q.w + q.z) * FRAC_1_SQRT_2
 }
 
-/// Heading of an attitude in NED: from north, positive towards east [rad].
+/// Heading of an attitude in NED: from north, positive towards east (rad).
 #[must_use]
 pub fn yaw(ned_from_frd: DQuat) -> f64 {
     let DQuat { x, y, z, w } = ned_from_frd;

@@ -64,7 +64,7 @@ pub struct FlightLog {
     bounds: WrenchBounds,
     files: Vec<LogFile>,
     status: StatusNotes,
-    /// Time of the latest tick [s].
+    /// Time of the latest tick (s).
     time: f64,
     /// The first error; nothing is written after it.
     error: Option<io::Error>,
@@ -144,7 +144,7 @@ impl FlightLog {
     }
 }
 
-/// Control ticks between two instants of a log at `rate` [Hz], at least one: the nearest whole number
+/// Control ticks between two instants of a log at `rate` (Hz), at least one: the nearest whole number
 /// to the ratio of the two periods.
 fn ticks_between(rate: f64, period: f64) -> u64 {
     (1.0 / (rate * period)).round().max(1.0) as u64

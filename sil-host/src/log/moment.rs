@@ -26,7 +26,7 @@ impl Moment<'_> {
     }
 
     /// The body rate at which the law's error would be none: `mu`, for controller 2 `mu + w_a`
-    /// [rad/s].
+    /// (rad/s).
     #[must_use]
     pub fn rate_setpoint_body(&self) -> DVec3 {
         self.sample.truth.rate_body - self.evaluation.rate_error
@@ -41,13 +41,13 @@ pub fn reference_attitude(reference: &Reference) -> DQuat {
     DQuat::from_mat3(&DMat3::from_cols(left.cross(up), left, up))
 }
 
-/// A time in whole microseconds, as the trace rounds it; `time` in [s], not negative.
+/// A time in whole microseconds, as the trace rounds it; `time` in (s), not negative.
 #[must_use]
 pub fn microseconds(time: f64) -> u64 {
     (time * 1e6).round() as u64
 }
 
-/// A time in whole nanoseconds; `time` in [s], not negative.
+/// A time in whole nanoseconds; `time` in (s), not negative.
 #[must_use]
 pub fn nanoseconds(time: f64) -> u64 {
     (time * 1e9).round() as u64

@@ -19,7 +19,7 @@ pub enum Level {
 /// A sentence about an instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Note {
-    /// When [s].
+    /// When (s).
     pub time: f64,
     /// How much it matters.
     pub level: Level,
@@ -52,7 +52,7 @@ impl Note {
     }
 }
 
-/// A flag that has been clear for this long has ended; until then it only flickers [s].
+/// A flag that has been clear for this long has ended; until then it only flickers (s).
 const CLEAR: f64 = 1.0;
 
 /// Limits that are part of the law.
@@ -76,7 +76,7 @@ struct Active {
 }
 
 impl StatusNotes {
-    /// Takes in the status at `time` [s]; tells `note` what came and went.
+    /// Takes in the status at `time` (s); tells `note` what came and went.
     pub fn observe(&mut self, status: StepStatus, time: f64, mut note: impl FnMut(Note)) {
         if status.is_empty() && self.active.is_empty() {
             return;
@@ -101,7 +101,7 @@ impl StatusNotes {
         }
     }
 
-    /// The flight has ended at `time` [s].
+    /// The flight has ended at `time` (s).
     pub fn finish(&mut self, time: f64, note: impl FnMut(Note)) {
         self.active.drain(..).map(|active| active.end(time, "until the end")).for_each(note);
     }

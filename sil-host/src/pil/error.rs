@@ -32,7 +32,7 @@ pub enum PilError {
     Answer(String, String),
     /// The vehicle refused what was asked.
     Refused(String, Rejection),
-    /// The image's control period is another than the scenario's [s].
+    /// The image's control period is another than the scenario's (s).
     StepPeriod {
         /// Of the image.
         image: f32,

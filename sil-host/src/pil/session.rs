@@ -25,7 +25,7 @@ const HEALTH_WITHIN: usize = 200;
 /// A message that has no answer after so many is sent again.
 const AGAIN_AFTER: usize = 20;
 /// Telemetry of a vehicle by the clock over a wire, which has room for every tick in lock step only
-/// [ticks].
+/// (ticks).
 const SUBSCRIPTION: u16 = 20;
 
 /// See the module's documentation.
@@ -35,7 +35,7 @@ pub struct Session {
     encoder: Encoder<Uplink>,
     decoder: Decoder<Downlink>,
     cost_unit: CostUnit,
-    /// The vehicle's uptime [ticks], in the link's lock step.
+    /// The vehicle's uptime (ticks), in the link's lock step.
     uptime: Option<u64>,
     recording: Option<Recording>,
     to_vehicle: Option<LinkFaults>,

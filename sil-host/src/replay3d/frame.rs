@@ -8,17 +8,17 @@ use sim::sample::Sample;
 /// One instant of a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// Time since the start [s].
+    /// Time since the start (s).
     pub time: f64,
-    /// Position of the vehicle in the world frame [m].
+    /// Position of the vehicle in the world frame (m).
     pub position_world: DVec3,
     /// Unit quaternion that takes body to world coordinates.
     pub attitude: DQuat,
-    /// Position of the reference in the world frame [m].
+    /// Position of the reference in the world frame (m).
     pub reference_world: DVec3,
-    /// Commanded thrust [N].
+    /// Commanded thrust (N).
     pub thrust: f64,
-    /// Angle between body z and the thrust direction that the reference needs [rad].
+    /// Angle between body z and the thrust direction that the reference needs (rad).
     pub tilt_error: f64,
 }
 
@@ -36,7 +36,7 @@ impl Frame {
         }
     }
 
-    /// Distance between vehicle and reference [m].
+    /// Distance between vehicle and reference (m).
     #[must_use]
     pub fn position_error(&self) -> f64 {
         self.position_world.distance(self.reference_world)
@@ -55,10 +55,10 @@ impl Frame {
 /// What counts as one step between frames.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
-    /// [s]
+    /// (s)
     pub time: f64,
-    /// [rad]
+    /// (rad)
     pub angle: f64,
-    /// [N]
+    /// (N)
     pub thrust: f64,
 }

@@ -26,7 +26,7 @@ pub struct FrameRecorder {
 }
 
 impl FrameRecorder {
-    /// For a flight of `duration` [s], of which at most `limit` frames are kept, three at least.
+    /// For a flight of `duration` (s), of which at most `limit` frames are kept, three at least.
     #[must_use]
     pub fn new(duration: f64, limit: usize) -> Self {
         let limit = limit.max(3);

@@ -11,17 +11,17 @@ const TENTH_MILLI: i32 = 4;
 /// A flight as columns, one value a frame. Three components of a vector are three columns.
 #[derive(Clone, Debug, Serialize)]
 pub struct Track {
-    /// Time since the start [s].
+    /// Time since the start (s).
     pub time: Vec<f64>,
-    /// Position of the vehicle, world frame [m].
+    /// Position of the vehicle, world frame (m).
     pub position: [Vec<f64>; 3],
     /// Attitude, body to world, scalar first.
     pub attitude: [Vec<f64>; 4],
-    /// Position of the reference, world frame [m].
+    /// Position of the reference, world frame (m).
     pub reference: [Vec<f64>; 3],
-    /// Commanded thrust [N].
+    /// Commanded thrust (N).
     pub thrust: Vec<f64>,
-    /// Angle between body z and the thrust direction that the reference needs [rad].
+    /// Angle between body z and the thrust direction that the reference needs (rad).
     pub tilt_error: Vec<f64>,
 }
 

@@ -85,7 +85,7 @@ impl Singles {
     }
 }
 
-/// `a_hat` or `1/theta_hat` [kg m^2], whichever the controller estimates.
+/// `a_hat` or `1/theta_hat` (kg m^2), whichever the controller estimates.
 #[must_use]
 pub fn inertia_estimate(estimates: &Estimates) -> DVec3 {
     if estimates.inverse_inertia == Vec3::ZERO {

@@ -12,7 +12,7 @@ use crate::campaign::{
     Campaign, CampaignError, Definition, Outcome, Sampling, VariantDefinition, Vary, fly,
 };
 
-/// Steepest start of a check flight [deg].
+/// Steepest start of a check flight (deg).
 const TILT_MAX: f64 = 30.0;
 
 /// What the check found.

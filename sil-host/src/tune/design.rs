@@ -292,7 +292,7 @@ fn rate_gain(request: &Request, k3: f64, damping: f64) -> f64 {
     }
 }
 
-/// The controller with these gains; `attitude` is the speed of its attitude loop [rad/s].
+/// The controller with these gains; `attitude` is the speed of its attitude loop (rad/s).
 pub(super) fn assembled(
     request: &Request,
     cascade: CascadeGains,

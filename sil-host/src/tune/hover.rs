@@ -27,7 +27,7 @@ pub struct Hover {
     pub cascade: CascadeGains,
     /// What is known of vehicle and disturbance.
     pub known: Uncertainty,
-    /// Step period [s].
+    /// Step period (s).
     pub dt: f64,
     /// Rate gain `k4`, in the unit of its law.
     pub(super) k4: f64,
@@ -38,11 +38,11 @@ pub struct Hover {
 /// A point of the uncertainty at which the loop is linearised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
-    /// True mass [kg].
+    /// True mass (kg).
     pub mass: f64,
-    /// True moment of inertia of the axis [kg m^2].
+    /// True moment of inertia of the axis (kg m^2).
     pub inertia: f64,
-    /// What the law takes it for: `a_hat`, or `1/theta_hat` [kg m^2].
+    /// What the law takes it for: `a_hat`, or `1/theta_hat` (kg m^2).
     pub inertia_estimate: f64,
     /// Slope of `h(G, delta)` as a share of its slope `1/delta` at zero: 0 (large signals) to 1.
     pub translation_slope: f64,
@@ -53,15 +53,15 @@ pub struct Corner {
 /// What a loop shows, as rows that the state multiplies.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Outputs {
-    /// Position error [m].
+    /// Position error (m).
     pub position: DVec4,
-    /// Angle of `q_e` about the axis [rad].
+    /// Angle of `q_e` about the axis (rad).
     pub attitude: DVec4,
-    /// Angle of the body from hover about the axis [rad].
+    /// Angle of the body from hover about the axis (rad).
     pub tilt: DVec4,
-    /// `w_e` [rad/s].
+    /// `w_e` (rad/s).
     pub rate_error: DVec4,
-    /// `G` [1/s].
+    /// `G` (1/s).
     pub g: DVec4,
 }
 
@@ -99,13 +99,13 @@ impl Loop {
 /// Gains of the position loop in the linear range.
 #[derive(Clone, Copy, Debug)]
 pub struct Stiffness {
-    /// `Kp` [1/s^2].
+    /// `Kp` (1/s^2).
     pub kp: f64,
-    /// `Kv` [1/s].
+    /// `Kv` (1/s).
     pub kv: f64,
-    /// `Gp` [1/(m s)]: slope of `G` with position.
+    /// `Gp` (1/(m s)): slope of `G` with position.
     pub gp: f64,
-    /// `Gv` [1/m]: slope of `G` with velocity.
+    /// `Gv` (1/m): slope of `G` with velocity.
     pub gv: f64,
 }
 

@@ -31,11 +31,11 @@ pub struct Infeasible {
 /// A value of the request whose change mends what is infeasible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mend {
-    /// `thrust_max` [N], larger.
+    /// `thrust_max` (N), larger.
     ThrustMax,
-    /// `torque_max` [N m], larger.
+    /// `torque_max` (N m), larger.
     TorqueMax,
-    /// `step_period` [s], shorter.
+    /// `step_period` (s), shorter.
     StepPeriod,
 }
 

@@ -11,15 +11,15 @@ use super::survey::Which;
 /// Largest magnitude of each output.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Peaks {
-    /// Position error along the axis [m].
+    /// Position error along the axis (m).
     pub position: f64,
-    /// Angle of `q_e` about the axis [rad].
+    /// Angle of `q_e` about the axis (rad).
     pub attitude: f64,
-    /// Tilt or turn about the axis [rad].
+    /// Tilt or turn about the axis (rad).
     pub tilt: f64,
-    /// `w_e` about the axis [rad/s].
+    /// `w_e` about the axis (rad/s).
     pub rate_error: f64,
-    /// `G` along the axis [1/s].
+    /// `G` along the axis (1/s).
     pub g: f64,
 }
 
@@ -47,7 +47,7 @@ const RESOLUTION: f64 = 8.0;
 /// Time constants of the slowest pole that an impulse response is followed for.
 const TAIL: f64 = 10.0;
 
-/// Longest response [steps]; a loop with a wider spread of poles is cut off.
+/// Longest response (steps); a loop with a wider spread of poles is cut off.
 const STEPS_MAX: f64 = 2e5;
 
 /// How often the slopes of the smooth signs are brought in line with the peaks.
@@ -59,7 +59,7 @@ const DEVIATIONS: f64 = 5.0;
 /// Bounds of the disturbances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disturbances {
-    /// Of what may last: acceleration [m/s^2] and torque [N m].
+    /// Of what may last: acceleration (m/s^2) and torque (N m).
     pub lasting: [f64; 2],
     /// Of uniform noise, drawn anew at every tick: the same.
     pub noise: [f64; 2],

@@ -3,17 +3,17 @@
 use aberth::AberthSolver;
 use glam::{DMat4, DVec4};
 
-/// A pole of a closed loop in continuous time [1/s]; its conjugate is a pole, too.
+/// A pole of a closed loop in continuous time (1/s); its conjugate is a pole, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pole {
-    /// Real part [1/s], negative where the mode decays.
+    /// Real part (1/s), negative where the mode decays.
     pub re: f64,
-    /// Imaginary part [rad/s].
+    /// Imaginary part (rad/s).
     pub im: f64,
 }
 
 impl Pole {
-    /// Distance from the origin: the natural frequency [rad/s].
+    /// Distance from the origin: the natural frequency (rad/s).
     #[must_use]
     pub fn modulus(self) -> f64 {
         self.re.hypot(self.im)

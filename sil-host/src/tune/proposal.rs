@@ -31,9 +31,9 @@ pub struct Proposal {
     pub surveys: Vec<LoopSurvey>,
     /// Predicted ultimate bounds.
     pub ultimate: Ultimate,
-    /// From when on the bounds hold in the check flights [s].
+    /// From when on the bounds hold in the check flights (s).
     pub settle_time: f64,
-    /// Length of the check flights [s].
+    /// Length of the check flights (s).
     pub duration: f64,
 }
 
@@ -58,7 +58,7 @@ impl Proposal {
         Ok(Self { request, law, surveys, ultimate, settle_time, duration })
     }
 
-    /// Bounds of the check: position [m], `q_e`, tilt and heading [rad].
+    /// Bounds of the check: position (m), `q_e`, tilt and heading (rad).
     #[must_use]
     pub fn bounds(&self) -> [f64; 4] {
         let peak = &self.ultimate.peak;

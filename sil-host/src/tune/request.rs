@@ -17,13 +17,13 @@ pub struct Request {
     pub known: Uncertainty,
     /// Estimates at the first tick.
     pub initial: InitialEstimate,
-    /// Part of `D2` that may last [N m]; the rest has no mean, as noise.
+    /// Part of `D2` that may last (N m); the rest has no mean, as noise.
     pub lasting_torque: f64,
-    /// `M_p` [m/s^2].
+    /// `M_p` (m/s^2).
     pub reference_acceleration_max: f32,
-    /// `dt` [s].
+    /// `dt` (s).
     pub step_period: f32,
-    /// `M_f` [N] and `M_tau` [N m]: controller 2; none: controller 1.
+    /// `M_f` (N) and `M_tau` (N m): controller 2; none: controller 1.
     pub limits: Option<Limits>,
     /// The closed loop wanted.
     pub wanted: Wanted,
@@ -35,26 +35,26 @@ pub struct Request {
 /// Limits of controller 2.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Limits {
-    /// `M_f` [N].
+    /// `M_f` (N).
     pub thrust_max: f32,
-    /// `M_tau` [N m].
+    /// `M_tau` (N m).
     pub torque_max: f32,
 }
 
 /// The closed loop wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Wanted {
-    /// Least modulus of the poles of position and height [rad/s].
+    /// Least modulus of the poles of position and height (rad/s).
     pub position_bandwidth: f64,
-    /// Least modulus of the poles of the attitude about an axis [rad/s].
+    /// Least modulus of the poles of the attitude about an axis (rad/s).
     pub attitude_bandwidth: f64,
     /// Least damping ratio of all of them.
     pub damping: f64,
     /// Share of the room of every inequality that stays free.
     pub margin: f64,
-    /// Position error up to which the position loop stays about linear, `1/k1` at least [m].
+    /// Position error up to which the position loop stays about linear, `1/k1` at least (m).
     pub position_range: f64,
-    /// Attitude error up to which the torque suffices for the attitude's bandwidth [rad]; controller 2.
+    /// Attitude error up to which the torque suffices for the attitude's bandwidth (rad); controller 2.
     pub attitude_range: f64,
 }
 
@@ -91,7 +91,7 @@ impl WantedOptions {
     }
 
     /// With every default filled in; `agility` is the angular acceleration that a controller with
-    /// limited torque has to spare for its manoeuvres [rad/s^2].
+    /// limited torque has to spare for its manoeuvres (rad/s^2).
     #[must_use]
     pub fn complete(self, agility: impl Fn(f64) -> f64) -> Wanted {
         let position_bandwidth = self.position_bandwidth.unwrap_or(0.5);

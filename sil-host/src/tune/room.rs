@@ -17,7 +17,7 @@ const PUSH: f64 = 2.0;
 /// What rounding to `f32` may take of the margin.
 const ROUNDING: f64 = 1e-6;
 
-/// `M1 + M2` [m/s^2]: as much as thrust and torque leave with margin.
+/// `M1 + M2` (m/s^2): as much as thrust and torque leave with margin.
 pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Infeasible> {
     let free = (1.0 - request.wanted.margin) * (1.0 - ROUNDING);
     let d1 = f64::from(request.known.disturbance_acceleration);
@@ -77,18 +77,18 @@ fn lower_demand() -> String {
         .to_owned()
 }
 
-/// Room for `M1 + M2` [m/s^2].
+/// Room for `M1 + M2` (m/s^2).
 struct ThrustRoom {
     /// Below (19).
     lift: f64,
     /// Below (54).
     thrust: f64,
-    /// `(20)` without `M1 + M2`, and what each m/s^2 of it adds [N].
+    /// `(20)` without `M1 + M2`, and what each m/s^2 of it adds (N).
     upper: (f64, f64),
 }
 
 impl ThrustRoom {
-    /// Thrust that `sum` needs (20) [N].
+    /// Thrust that `sum` needs (20) (N).
     fn thrust_for(&self, sum: f64) -> f64 {
         self.upper.0 + self.upper.1 * sum
     }

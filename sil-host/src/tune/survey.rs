@@ -71,11 +71,11 @@ pub struct LoopSurvey {
     pub nominal: Vec<Pole>,
     /// The same of the sampled loop, as `ln(z)/dt`.
     pub nominal_sampled: Vec<Pole>,
-    /// Least modulus of a sampled pole [rad/s].
+    /// Least modulus of a sampled pole (rad/s).
     pub bandwidth: Met,
     /// Least damping ratio of a sampled pole.
     pub damping: Met,
-    /// Slowest decay of a sampled mode [1/s].
+    /// Slowest decay of a sampled mode (1/s).
     pub decay: Met,
     /// Largest modulus of a sampled pole, `|z|`.
     pub sampled_modulus: f64,

@@ -17,15 +17,15 @@ use sim::scenario::ControllerConfig;
 /// Bounds of the errors of the whole vehicle; none where the method gives none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bounds {
-    /// Distance from the reference [m].
+    /// Distance from the reference (m).
     pub position: Option<f64>,
-    /// Angle of `q_e` [rad].
+    /// Angle of `q_e` (rad).
     pub attitude: Option<f64>,
-    /// Angle between body z and `b3d` [rad].
+    /// Angle between body z and `b3d` (rad).
     pub tilt: Option<f64>,
-    /// Angle between body y and `b2d` [rad].
+    /// Angle between body y and `b2d` (rad).
     pub heading: Option<f64>,
-    /// `|w_e|` [rad/s].
+    /// `|w_e|` (rad/s).
     pub rate_error: Option<f64>,
 }
 
@@ -36,13 +36,13 @@ pub struct Ultimate {
     pub mean: Bounds,
     /// At any instant, from the peaks of the loops at hover.
     pub peak: Bounds,
-    /// Largest acceleration that the linear position loop asks of `M1` in these peaks [m/s^2]; above `M1`
+    /// Largest acceleration that the linear position loop asks of `M1` in these peaks (m/s^2); above `M1`
     /// there is no peak of the position.
     pub position_demand: f64,
 }
 
 impl Ultimate {
-    /// Of `law`, when `lasting_torque` [N m] of `D2` may last and the rest is noise.
+    /// Of `law`, when `lasting_torque` (N m) of `D2` may last and the rest is noise.
     #[must_use]
     pub fn new(law: &ControllerConfig, lasting_torque: f64) -> Self {
         let (peak, position_demand) = peak(law, lasting_torque);
@@ -90,7 +90,7 @@ fn peak(law: &ControllerConfig, lasting_torque: f64) -> (Bounds, f64) {
     (bounds, demand)
 }
 
-/// A position error [m] of the linear loop as that of `M1 tanh(k1 e)`, which gives way: infinite where
+/// A position error (m) of the linear loop as that of `M1 tanh(k1 e)`, which gives way: infinite where
 /// the linear loop asks for more than `M1`.
 fn outside_linear(hover: &Hover, position: f64) -> f64 {
     let k1 = f64::from(hover.cascade.k1);
@@ -121,9 +121,9 @@ fn mean(law: &ControllerConfig) -> Bounds {
 
 /// Bounds of the terms of `rho`: `rho <= smoothing + attitude |eps_e| + rate |w_e|`.
 struct Rho {
-    /// `rho_d` and what noise adds to `w_e` within a tick [1/s].
+    /// `rho_d` and what noise adds to `w_e` within a tick (1/s).
     smoothing: f64,
-    /// Of `rho_v`: `|w_d,used - w_d,true|` [1/s].
+    /// Of `rho_v`: `|w_d,used - w_d,true|` (1/s).
     attitude: f64,
     /// Of `rho_v`: `|J'' (mu'_true - mu'_used)|`.
     rate: f64,

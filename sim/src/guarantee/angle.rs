@@ -36,7 +36,7 @@ impl Angle {
         bound.sine * self.cosine - bound.cosine * self.sine >= 0.0 // sin(bound - self)
     }
 
-    /// Its value [rad].
+    /// Its value (rad).
     pub fn radians(self) -> f64 {
         self.sine.atan2(self.cosine)
     }
@@ -57,7 +57,7 @@ pub(super) struct LargestAngle {
 }
 
 impl LargestAngle {
-    /// Keeps `angle` at `time` [s] if it is the largest so far.
+    /// Keeps `angle` at `time` (s) if it is the largest so far.
     #[inline]
     pub fn observe(&mut self, angle: Angle, time: f64) {
         if angle.is_clearly_below(self.angle) {
@@ -68,7 +68,7 @@ impl LargestAngle {
         }
     }
 
-    /// The largest angle, times `factor` [rad].
+    /// The largest angle, times `factor` (rad).
     pub fn extreme(self, factor: f64) -> Extreme {
         self.largest.scaled(factor)
     }

@@ -13,7 +13,7 @@ use crate::scenario::ControllerConfig;
 #[derive(Clone, Copy, Debug)]
 pub struct AuxiliaryRest {
     shown: bool,
-    /// Where the auxiliary attitude was furthest from rest, and when [s].
+    /// Where the auxiliary attitude was furthest from rest, and when (s).
     peak: Option<(Auxiliary, f64)>,
     latest: (Auxiliary, f64),
 }

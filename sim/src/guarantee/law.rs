@@ -23,14 +23,14 @@ impl ControllerConfig {
         }
     }
 
-    /// Lower thrust bound (19) [N].
+    /// Lower thrust bound (19) (N).
     #[must_use]
     pub fn thrust_lower_bound(&self) -> f64 {
         let (m1, m2, d1, m_p) = self.accelerations();
         f64::from(self.uncertainty().mass.lower) * (f64::from(GRAVITY) - m_p - m1 - m2 - d1)
     }
 
-    /// Upper thrust bound (20) [N].
+    /// Upper thrust bound (20) (N).
     #[must_use]
     pub fn thrust_upper_bound(&self) -> f64 {
         let (m1, m2, d1, m_p) = self.accelerations();
@@ -38,7 +38,7 @@ impl ControllerConfig {
         f64::from(self.uncertainty().mass.upper) * total
     }
 
-    /// `M_tau` [N m], controller 2 only.
+    /// `M_tau` (N m), controller 2 only.
     #[must_use]
     pub fn torque_max(&self) -> Option<f64> {
         match self {
@@ -47,7 +47,7 @@ impl ControllerConfig {
         }
     }
 
-    /// `M_f` [N], controller 2 only.
+    /// `M_f` (N), controller 2 only.
     #[must_use]
     pub fn thrust_max(&self) -> Option<f64> {
         match self {
@@ -56,7 +56,7 @@ impl ControllerConfig {
         }
     }
 
-    /// `M1`, `M2`, `D1`, `M_p` [m/s^2].
+    /// `M1`, `M2`, `D1`, `M_p` (m/s^2).
     fn accelerations(&self) -> (f64, f64, f64, f64) {
         let m_p = match self {
             Self::RobustAdaptive(config) => config.reference_acceleration_max,

@@ -35,17 +35,17 @@ pub const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GuaranteeConfig {
-    /// From when on the error bounds below hold; a flight that ends before fails them [s].
+    /// From when on the error bounds below hold; a flight that ends before fails them (s).
     pub settle_time: f64,
-    /// Bound of the distance between vehicle and reference [m].
+    /// Bound of the distance between vehicle and reference (m).
     pub position_error_max: f64,
-    /// Bound of the angle of `q_e`, the attitude error of the law [rad].
+    /// Bound of the angle of `q_e`, the attitude error of the law (rad).
     pub attitude_error_max: f64,
-    /// Bound of the angle between body z and the reference's thrust direction `b3d` [rad].
+    /// Bound of the angle between body z and the reference's thrust direction `b3d` (rad).
     pub tilt_error_max: f64,
-    /// Bound of the angle between body y and the reference's `b2d` [rad].
+    /// Bound of the angle between body y and the reference's `b2d` (rad).
     pub heading_error_max: f64,
-    /// Length of the windows over which V may not rise outside its ultimate set [s].
+    /// Length of the windows over which V may not rise outside its ultimate set (s).
     pub lyapunov_window: f64,
 }
 

@@ -31,7 +31,7 @@ impl Tracking {
     }
 }
 
-/// Angle between body z and the thrust direction `b3d` that the reference needs [rad].
+/// Angle between body z and the thrust direction `b3d` that the reference needs (rad).
 #[must_use]
 pub fn tilt_error(attitude: DQuat, reference: &Reference) -> f64 {
     tilt(attitude, reference).radians()
@@ -42,7 +42,7 @@ pub fn tilt(attitude: DQuat, reference: &Reference) -> Angle {
     Angle::between(attitude * DVec3::Z, reference.specific_force().value.as_dvec3())
 }
 
-/// Angle between body y and the reference's `b2d` [rad].
+/// Angle between body y and the reference's `b2d` (rad).
 #[must_use]
 pub fn heading_error(attitude: DQuat, reference: &Reference) -> f64 {
     heading(attitude, reference).radians()
@@ -53,7 +53,7 @@ pub fn heading(attitude: DQuat, reference: &Reference) -> Angle {
     Angle::between(attitude * DVec3::Y, reference.left_world.as_dvec3())
 }
 
-/// Rotation angle of `error`, the same for `q` and `-q` [rad].
+/// Rotation angle of `error`, the same for `q` and `-q` (rad).
 #[must_use]
 pub fn rotation_angle(error: DQuat) -> f64 {
     2.0 * Angle::half_turn(error).radians()

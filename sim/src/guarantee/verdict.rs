@@ -44,7 +44,7 @@ pub struct Verdict {
     pub margin: Option<f64>,
     /// Unit of `requirement`, `observed` and `margin`.
     pub unit: &'static str,
-    /// When `observed` occurred [s].
+    /// When `observed` occurred (s).
     pub time: Option<f64>,
     /// Whether the guarantee holds; rows of information always pass.
     pub pass: bool,
@@ -125,7 +125,7 @@ impl Extreme {
         self.0.map(|(value, _)| value)
     }
 
-    /// Its time [s].
+    /// Its time (s).
     #[must_use]
     pub fn time(self) -> Option<f64> {
         self.0.map(|(_, time)| time)

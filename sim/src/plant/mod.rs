@@ -13,13 +13,13 @@ use glam::{DQuat, DVec3};
 /// Truth of the vehicle at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlantState {
-    /// `p`: position of the centre of mass in the world frame [m].
+    /// `p`: position of the centre of mass in the world frame (m).
     pub position_world: DVec3,
-    /// `v`: velocity of the centre of mass in the world frame [m/s].
+    /// `v`: velocity of the centre of mass in the world frame (m/s).
     pub velocity_world: DVec3,
     /// `q`: unit quaternion that takes body to world coordinates.
     pub attitude: DQuat,
-    /// `w`: angular velocity in body axes [rad/s].
+    /// `w`: angular velocity in body axes (rad/s).
     pub rate_body: DVec3,
 }
 
@@ -40,26 +40,26 @@ impl PlantState {
 /// True parameters of the vehicle, unknown to the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlantParameters {
-    /// `m`: mass [kg].
+    /// `m`: mass (kg).
     pub mass: f64,
-    /// `J`: principal moments of inertia [kg m^2].
+    /// `J`: principal moments of inertia (kg m^2).
     pub inertia: DVec3,
 }
 
 /// What the rotors really do to the vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AppliedWrench {
-    /// Thrust along body z [N].
+    /// Thrust along body z (N).
     pub thrust: f64,
-    /// Torque in body axes [N m].
+    /// Torque in body axes (N m).
     pub torque_body: DVec3,
 }
 
 /// What disturbs the vehicle, held over one control tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disturbance {
-    /// `d1`: acceleration in the world frame [m/s^2].
+    /// `d1`: acceleration in the world frame (m/s^2).
     pub acceleration_world: DVec3,
-    /// `d2`: torque in body axes [N m].
+    /// `d2`: torque in body axes (N m).
     pub torque_body: DVec3,
 }

@@ -26,12 +26,12 @@ pub struct RigidBody {
     /// `[w2 w3, w3 w1, w1 w2]`.
     gyroscopic: DVec3,
     sub_steps: u32,
-    /// `h`: duration of one RK4 step [s].
+    /// `h`: duration of one RK4 step (s).
     h: f64,
 }
 
 impl RigidBody {
-    /// A body that moves `step_period` [s] a call of [`advance`](Self::advance), in `sub_steps`
+    /// A body that moves `step_period` (s) a call of [`advance`](Self::advance), in `sub_steps`
     /// (at least one) RK4 steps. Mass and inertia must be positive.
     #[must_use]
     pub fn new(parameters: &PlantParameters, step_period: f64, sub_steps: u32) -> Self {
@@ -67,7 +67,7 @@ impl RigidBody {
         self.sub_steps
     }
 
-    /// How long each of them is [s].
+    /// How long each of them is (s).
     #[must_use]
     pub fn sub_step_duration(&self) -> f64 {
         self.h
@@ -97,14 +97,14 @@ impl RigidBody {
         self.stages(state, thrust, free(held), spin)
     }
 
-    /// What wrench and disturbance add to the rate in one RK4 step [rad/s].
+    /// What wrench and disturbance add to the rate in one RK4 step (rad/s).
     #[inline(always)]
     fn spin(&self, wrench: &AppliedWrench, held: &Disturbance) -> DVec3 {
         self.h * self.inverse_inertia * (wrench.torque_body + held.torque_body)
     }
 
-    /// One RK4 step: `thrust` and `free` are the accelerations [m/s^2] along `R e3` and without
-    /// it, `spin` is what the torque adds to the rate in one step [rad/s].
+    /// One RK4 step: `thrust` and `free` are the accelerations (m/s^2) along `R e3` and without
+    /// it, `spin` is what the torque adds to the rate in one step (rad/s).
     #[inline]
     fn sub_step(&self, state: &PlantState, thrust: f64, free: DVec3, spin: DVec3) -> PlantState {
         let turned = self.turned(state, [spin; 3]);
@@ -183,7 +183,7 @@ struct Turned {
     thrust_axes: [DVec3; 3],
 }
 
-/// Acceleration without thrust [m/s^2].
+/// Acceleration without thrust (m/s^2).
 #[inline(always)]
 fn free(held: &Disturbance) -> DVec3 {
     held.acceleration_world - DVec3::Z * f64::from(GRAVITY)

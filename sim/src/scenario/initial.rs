@@ -9,17 +9,17 @@ use crate::plant::PlantState;
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InitialCondition {
-    /// Position of the centre of mass in the world frame [m].
+    /// Position of the centre of mass in the world frame (m).
     pub position: DVec3,
-    /// Velocity of the centre of mass in the world frame [m/s].
+    /// Velocity of the centre of mass in the world frame (m/s).
     pub velocity: DVec3,
-    /// Angular velocity in body axes [rad/s].
+    /// Angular velocity in body axes (rad/s).
     pub rate_body: DVec3,
-    /// Angle of body x from world x about world z, before tilting [deg].
+    /// Angle of body x from world x about world z, before tilting (deg).
     pub heading_deg: f64,
-    /// Angle between body z and world z, 0 to 180 [deg].
+    /// Angle between body z and world z, 0 to 180 (deg).
     pub tilt_deg: f64,
-    /// Horizontal direction to which body z leans, from world x about world z [deg].
+    /// Horizontal direction to which body z leans, from world x about world z (deg).
     pub tilt_direction_deg: f64,
 }
 
@@ -40,7 +40,7 @@ impl InitialCondition {
     }
 }
 
-/// Rotation by `angle` [rad] about a unit `axis`.
+/// Rotation by `angle` (rad) about a unit `axis`.
 fn rotation(axis: DVec3, angle: f64) -> DQuat {
     let vector = axis * libm::sin(0.5 * angle);
     DQuat::from_xyzw(vector.x, vector.y, vector.z, libm::cos(0.5 * angle))

@@ -36,7 +36,7 @@ pub struct Scenario {
     pub name: String,
     /// What it shows, in a sentence or two.
     pub description: String,
-    /// How long to fly [s].
+    /// How long to fly (s).
     pub duration: f64,
     /// Seed of every random number.
     pub seed: u64,
@@ -63,9 +63,9 @@ pub struct Scenario {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleConfig {
-    /// Mass [kg].
+    /// Mass (kg).
     pub mass: f64,
-    /// Principal moments of inertia [kg m^2].
+    /// Principal moments of inertia (kg m^2).
     pub inertia: DVec3,
 }
 
@@ -113,7 +113,7 @@ impl ControllerConfig {
         }
     }
 
-    /// The fixed step [s].
+    /// The fixed step (s).
     #[must_use]
     pub fn step_period(&self) -> f32 {
         match self {

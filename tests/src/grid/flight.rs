@@ -11,7 +11,7 @@ use sim::scenario::AnyFlight;
 use super::Case;
 use super::limits::{Breach, Limits};
 
-/// Over the end of a flight of this length [s] a vehicle that is still far must come closer.
+/// Over the end of a flight of this length (s) a vehicle that is still far must come closer.
 pub const LAST_LEG: f64 = 50.0;
 
 /// What became of a flight.
@@ -21,30 +21,30 @@ pub struct Outcome {
     pub case: Case,
     /// The first tick, if any, at which a bound did not hold.
     pub breach: Option<Breach>,
-    /// Largest distance from the reference [m].
+    /// Largest distance from the reference (m).
     pub farthest: f64,
-    /// Largest body rate [rad/s].
+    /// Largest body rate (rad/s).
     pub fastest_turn: f64,
-    /// Largest magnitude of a torque component [N m].
+    /// Largest magnitude of a torque component (N m).
     pub torque: f64,
-    /// When the distance from the reference was last a metre or more [s].
+    /// When the distance from the reference was last a metre or more (s).
     pub last_far: f64,
     /// Largest errors after settling.
     pub settled: Errors,
-    /// Distance from the reference at the start and at the end of the [`LAST_LEG`] [m].
+    /// Distance from the reference at the start and at the end of the [`LAST_LEG`] (m).
     pub last_leg: [f64; 2],
 }
 
 /// Tracking errors of the plant's truth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
-    /// Distance from the reference [m].
+    /// Distance from the reference (m).
     pub position: f64,
-    /// Angle of `q_e` [rad].
+    /// Angle of `q_e` (rad).
     pub attitude: f64,
-    /// Angle between body z and the reference's `b3d` [rad].
+    /// Angle between body z and the reference's `b3d` (rad).
     pub tilt: f64,
-    /// Angle between body y and the reference's `b2d` [rad].
+    /// Angle between body y and the reference's `b2d` (rad).
     pub heading: f64,
 }
 

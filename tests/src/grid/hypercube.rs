@@ -15,13 +15,13 @@ use super::{Case, Kind, STEP_PERIODS};
 /// How far the starts go; mass and inertia go across the intervals that the controller is told.
 #[derive(Clone, Copy, Debug)]
 pub struct Ranges {
-    /// Angle between body z and world z [deg].
+    /// Angle between body z and world z (deg).
     pub tilt_deg: f64,
-    /// Speed in any direction [m/s].
+    /// Speed in any direction (m/s).
     pub speed: f64,
-    /// Body rate about any axis [rad/s].
+    /// Body rate about any axis (rad/s).
     pub rate: f64,
-    /// Distance from the scenario's start in any direction [m].
+    /// Distance from the scenario's start in any direction (m).
     pub offset: f64,
 }
 

@@ -24,7 +24,7 @@ pub(super) struct Limits {
 pub struct Breach {
     /// Which.
     pub what: &'static str,
-    /// When [s].
+    /// When (s).
     pub time: f64,
 }
 

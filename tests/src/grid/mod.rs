@@ -21,7 +21,7 @@ pub use report::check;
 
 use sim::scenario::{ControllerConfig, LoadedScenario, Scenario};
 
-/// Step periods of the grid [s]: 500 Hz, 1 kHz, 2 kHz.
+/// Step periods of the grid (s): 500 Hz, 1 kHz, 2 kHz.
 pub const STEP_PERIODS: [f32; 3] = [0.002, 0.001, 0.0005];
 
 /// One flight of the grid.
@@ -45,7 +45,7 @@ impl Case {
         Self { scenario, disturbance: Kind::Calm }.disturbed(Kind::Calm, [1.0; 6], 0.0)
     }
 
-    /// The same flight with another step of the controller and of the plant [s].
+    /// The same flight with another step of the controller and of the plant (s).
     #[must_use]
     pub fn stepped(mut self, step_period: f32) -> Self {
         match &mut self.scenario.controller {

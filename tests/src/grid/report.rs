@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Errors, LAST_LEG, Outcome, documented};
 
-/// Speed [m/s] at which a vehicle that is still far must come closer, averaged over its last leg.
+/// Speed (m/s) at which a vehicle that is still far must come closer, averaged over its last leg.
 ///
 /// Saturated, the law of (13) returns at 1.4 to 2.4 m/s on a horizontal axis and at 0.49 to 0.59 m/s on
 /// the vertical one with the shipped gains (`docs/verification.md`).

@@ -10,9 +10,9 @@ use super::rotation::{Quaternion, vee};
 /// The force command with its derivatives, and the mass adaptation.
 #[derive(Clone, Copy, Debug)]
 pub struct Force {
-    /// `e_p` [m].
+    /// `e_p` (m).
     pub e_p: DVec3,
-    /// `e_v` [m/s].
+    /// `e_v` (m/s).
     pub e_v: DVec3,
     /// `G` (16); its second derivative is not used.
     pub g: Jet<DVec3>,

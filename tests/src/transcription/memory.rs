@@ -11,17 +11,17 @@ use super::rotation::Quaternion;
 pub struct Memory {
     /// `E2 = exp(-2 delta_1 t)`.
     pub decay: f64,
-    /// `beta` [1/kg].
+    /// `beta` (1/kg).
     pub beta: f64,
-    /// `a_hat` [kg m^2], controller 1.
+    /// `a_hat` (kg m^2), controller 1.
     pub a_hat: DVec3,
-    /// `theta_hat` [1/(kg m^2)], controller 2.
+    /// `theta_hat` (1/(kg m^2)), controller 2.
     pub theta_hat: DVec3,
     /// `Pi_hat`, controller 2.
     pub pi_hat: DVec3,
     /// `q_a`, controller 2.
     pub q_a: Quaternion,
-    /// `w_a` [rad/s], controller 2.
+    /// `w_a` (rad/s), controller 2.
     pub w_a: DVec3,
     /// The last `q_e`; none before the first step.
     pub q_e: Option<Quaternion>,
@@ -40,9 +40,9 @@ pub struct MemoryRate {
     pub theta_hat: DVec3,
     /// `Pi_hat'` (52).
     pub pi_hat: DVec3,
-    /// `W_a` (38) [rad/s].
+    /// `W_a` (38) (rad/s).
     pub auxiliary_rate: DVec3,
-    /// `w_a'` (39) without its decay `-k4 w_a` [rad/s^2].
+    /// `w_a'` (39) without its decay `-k4 w_a` (rad/s^2).
     pub w_a_driven: DVec3,
 }
 

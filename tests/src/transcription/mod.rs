@@ -35,9 +35,9 @@ pub type Quantities = BTreeMap<&'static str, Vec<f64>>;
 pub struct Evaluation {
     /// Everything that the page names.
     pub quantities: Quantities,
-    /// `f` (21) [N].
+    /// `f` (21) (N).
     pub thrust: f64,
-    /// `tau` (34), (37) [N m].
+    /// `tau` (34), (37) (N m).
     pub torque: glam::DVec3,
     /// Time derivatives of the memory, before any discretisation.
     pub rate: MemoryRate,
@@ -63,7 +63,7 @@ impl Law {
         }
     }
 
-    /// Evaluates the law and advances the memory by `dt` [s], as the page discretises it.
+    /// Evaluates the law and advances the memory by `dt` (s), as the page discretises it.
     pub fn step(
         self,
         gains: &Gains,

@@ -9,21 +9,21 @@ use super::rotation::Quaternion;
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gains {
-    /// `M1` [m/s^2].
+    /// `M1` (m/s^2).
     #[serde(rename = "M1")]
     pub m1: f64,
-    /// `M2` [m/s^2].
+    /// `M2` (m/s^2).
     #[serde(rename = "M2")]
     pub m2: f64,
-    /// `k1` [1/m].
+    /// `k1` (1/m).
     pub k1: f64,
-    /// `k2` [s/m].
+    /// `k2` (s/m).
     pub k2: f64,
-    /// `k3` [1/s].
+    /// `k3` (1/s).
     pub k3: f64,
-    /// `k4`: [N m s] for controller 1, [1/s] for controller 2.
+    /// `k4`: (N m s) for controller 1, (1/s) for controller 2.
     pub k4: f64,
-    /// `k5` [1/s], controller 2.
+    /// `k5` (1/s), controller 2.
     pub k5: f64,
     /// `c`.
     pub c: f64,
@@ -33,27 +33,27 @@ pub struct Gains {
     pub gamma2: f64,
     /// `gamma3`, controller 2.
     pub gamma3: f64,
-    /// `D1` [m/s^2].
+    /// `D1` (m/s^2).
     #[serde(rename = "D1")]
     pub d1: f64,
-    /// `D2` [N m].
+    /// `D2` (N m).
     #[serde(rename = "D2")]
     pub d2: f64,
-    /// `delta_1` [1/s].
+    /// `delta_1` (1/s).
     pub delta_1: f64,
     /// Floor of the translational smoothing width.
     pub delta_min_translation: f64,
     /// Floor of the rotational smoothing width.
     pub delta_min_rotation: f64,
-    /// `[m_lo, m_hi]` [kg].
+    /// `[m_lo, m_hi]` (kg).
     pub m: [f64; 2],
-    /// `[J_lo, J_hi]` [kg m^2].
+    /// `[J_lo, J_hi]` (kg m^2).
     #[serde(rename = "J")]
     pub j: [f64; 2],
-    /// `M_tau` [N m], controller 2.
+    /// `M_tau` (N m), controller 2.
     #[serde(rename = "M_tau")]
     pub m_tau: f64,
-    /// `g` [m/s^2].
+    /// `g` (m/s^2).
     pub g: f64,
 }
 
@@ -61,13 +61,13 @@ pub struct Gains {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Truth {
-    /// `p` [m].
+    /// `p` (m).
     pub p: DVec3,
-    /// `v` [m/s].
+    /// `v` (m/s).
     pub v: DVec3,
     /// `q`: body to world.
     pub q: Quaternion,
-    /// `w` [rad/s].
+    /// `w` (rad/s).
     pub w: DVec3,
 }
 
@@ -75,20 +75,20 @@ pub struct Truth {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferencePoint {
-    /// `p_d` [m].
+    /// `p_d` (m).
     pub p: DVec3,
-    /// `p_d'` [m/s].
+    /// `p_d'` (m/s).
     pub v: DVec3,
-    /// `p_d''` [m/s^2].
+    /// `p_d''` (m/s^2).
     pub a: DVec3,
-    /// `p_d'''` [m/s^3].
+    /// `p_d'''` (m/s^3).
     pub jerk: DVec3,
-    /// `p_d''''` [m/s^4].
+    /// `p_d''''` (m/s^4).
     pub snap: DVec3,
     /// `b2d`.
     pub b2: DVec3,
-    /// `b2d'` [1/s].
+    /// `b2d'` (1/s).
     pub b2_dot: DVec3,
-    /// `b2d''` [1/s^2].
+    /// `b2d''` (1/s^2).
     pub b2_ddot: DVec3,
 }

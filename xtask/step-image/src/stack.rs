@@ -24,7 +24,7 @@ impl Paint {
         paint
     }
 
-    /// Depth below the painting frame that was written to since [B].
+    /// Depth below the painting frame that was written to since (B).
     #[inline(always)]
     pub fn depth(&self) -> u32 {
         for index in (1..=WORDS).rev() {

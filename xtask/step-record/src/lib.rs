@@ -231,11 +231,11 @@ impl Record for Answer {
 /// What is known after the last step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Closing {
-    /// Deepest stack of any step, from painted memory [B].
+    /// Deepest stack of any step, from painted memory (B).
     pub stack: u32,
-    /// Size of the validated controller [B].
+    /// Size of the validated controller (B).
     pub controller_size: u32,
-    /// Size of its state [B].
+    /// Size of its state (B).
     pub state_size: u32,
 }
 

@@ -145,7 +145,7 @@ const PROVOKE_AT: u32 = 500;
 
 /// Tick that ends the run.
 static TICKS: AtomicU32 = AtomicU32::new(u32::MAX);
-/// When lock step ends [s].
+/// When lock step ends (s).
 static LOCK_STEP_TIMEOUT: AtomicU32 = AtomicU32::new(100_000);
 /// Index of the fault to provoke in [`FAULTS`]; past its end for none.
 static FAULT: AtomicU8 = AtomicU8::new(u8::MAX);

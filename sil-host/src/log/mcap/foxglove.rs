@@ -42,7 +42,7 @@ pub struct Quaternion {
 /// A place and an attitude.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct Pose {
-    /// Position [m].
+    /// Position (m).
     #[prost(message, optional, tag = "1")]
     pub position: Option<Vector3>,
     /// Attitude, from the pose's own axes to those of its frame.
@@ -90,7 +90,7 @@ pub struct FrameTransform {
     /// The frame that moves in it.
     #[prost(string, tag = "3")]
     pub child_frame_id: String,
-    /// Origin of the child in the parent [m].
+    /// Origin of the child in the parent (m).
     #[prost(message, optional, tag = "4")]
     pub translation: Option<Vector3>,
     /// From the child's axes to the parent's.
@@ -137,7 +137,7 @@ impl From<DQuat> for Quaternion {
 }
 
 impl Pose {
-    /// At `position` [m] with `attitude`.
+    /// At `position` (m) with `attitude`.
     #[must_use]
     pub fn new(position: DVec3, attitude: DQuat) -> Self {
         Self { position: Some(position.into()), orientation: Some(attitude.into()) }

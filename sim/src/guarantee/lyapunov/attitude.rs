@@ -65,7 +65,7 @@ fn quaternion(x: DVec3, y: DVec3, z: DVec3) -> DQuat {
     DQuat::from_vec4(column * (0.5 / pivot.sqrt()))
 }
 
-/// Rotation vector that turns `from` into `to`, in the axes of `from`, the short way [rad].
+/// Rotation vector that turns `from` into `to`, in the axes of `from`, the short way (rad).
 pub(super) fn turn(from: DQuat, to: DQuat) -> DVec3 {
     let between = from.inverse() * to;
     let half = between.xyz() * between.w.signum();

@@ -36,13 +36,13 @@ pub(super) type Tick<'a> = (&'a Sample, &'a Evaluation);
 pub struct Balance {
     /// `V[k+1] - V[k]`.
     pub change: f64,
-    /// `W` [1/s].
+    /// `W` (1/s).
     pub decrease: f64,
-    /// `rho_d`: the true disturbances against the smooth signs [1/s].
+    /// `rho_d`: the true disturbances against the smooth signs (1/s).
     pub disturbance: f64,
-    /// Bound of `rho_d` while the disturbances keep theirs [1/s].
+    /// Bound of `rho_d` while the disturbances keep theirs (1/s).
     pub smoothing: f64,
-    /// `rho_v`: model-based `v'`, and everything else that `w_d` and `mu'` leave out [1/s].
+    /// `rho_v`: model-based `v'`, and everything else that `w_d` and `mu'` leave out (1/s).
     pub model: f64,
     /// `A_h`: what holding the wrench over the tick may add.
     pub hold: f64,
@@ -57,7 +57,7 @@ impl Balance {
         self.hold + self.rounding
     }
 
-    /// `rho = rho_d + rho_v` [1/s].
+    /// `rho = rho_d + rho_v` (1/s).
     #[must_use]
     pub fn perturbation(&self) -> f64 {
         self.disturbance + self.model
@@ -144,13 +144,13 @@ struct Motion {
     velocity_error_change: DVec3,
     rate_change: DVec3,
     rate_error_change: DVec3,
-    /// Largest body rate over the tick [rad/s].
+    /// Largest body rate over the tick (rad/s).
     rate: f64,
-    /// Turn of the desired attitude, in its own axes [rad].
+    /// Turn of the desired attitude, in its own axes (rad).
     desired_turn: DVec3,
-    /// Turn of the auxiliary attitude [rad].
+    /// Turn of the auxiliary attitude (rad).
     auxiliary_turn: f64,
-    /// Turn of the attitude error [rad].
+    /// Turn of the attitude error (rad).
     error_turn: f64,
     gyroscopic_change: DVec3,
 }

@@ -24,17 +24,17 @@ pub(super) const OUTSIDE_THE_PROOF: StepStatus = StepStatus::FAULT
 /// V and its ingredients at one tick, from the truth.
 #[derive(Clone, Copy, Debug)]
 pub struct Evaluation {
-    /// `e_p` [m].
+    /// `e_p` (m).
     pub position_error: DVec3,
     /// `q_e`, with the sign that the law chose.
     pub attitude_error: DQuat,
-    /// `w_e` [rad/s].
+    /// `w_e` (rad/s).
     pub rate_error: DVec3,
     /// `V3` (controller 1) or `V5` (controller 2).
     pub value: f64,
     /// The part of V that only estimates make up; it never has to decay.
     pub parameter_part: f64,
-    /// `W`: the decrease that the theorem promises, (36) or (53) [1/s].
+    /// `W`: the decrease that the theorem promises, (36) or (53) (1/s).
     pub decrease: f64,
     pub(super) translation: Translation,
     pub(super) attitude: Attitude,

@@ -11,19 +11,19 @@ use crate::sample::Sample;
 pub(super) struct Lengths {
     /// Of `G`.
     pub g: f64,
-    /// Of `alpha`: the thrust `f` (21) [N].
+    /// Of `alpha`: the thrust `f` (21) (N).
     pub alpha: f64,
     /// Of `sig_1(L1)`.
     pub sigma_1: f64,
     /// Of `eps_e`.
     pub attitude_error: f64,
-    /// Of `w_e` [rad/s].
+    /// Of `w_e` (rad/s).
     pub rate_error: f64,
-    /// Of `w` [rad/s].
+    /// Of `w` (rad/s).
     pub rate: f64,
-    /// Of `mu` [rad/s].
+    /// Of `mu` (rad/s).
     pub virtual_rate: f64,
-    /// Of the reference's jerk [m/s^3].
+    /// Of the reference's jerk (m/s^3).
     pub jerk: f64,
 }
 

@@ -27,7 +27,7 @@ pub struct LyapunovMonitor {
     start: Extreme,
     latest: Extreme,
     left_out: Extreme,
-    /// Time in windows over which V had to fall [s].
+    /// Time in windows over which V had to fall (s).
     outside: f64,
 }
 

@@ -27,9 +27,9 @@ pub(super) fn rounding(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64
 
 /// Errors of what the law computes.
 struct Errors {
-    /// Of the commanded acceleration [m/s^2].
+    /// Of the commanded acceleration (m/s^2).
     acceleration: f64,
-    /// Of `mu` [rad/s].
+    /// Of `mu` (rad/s).
     virtual_rate: f64,
     /// Of the torque, in the unit of the rate term of V'.
     rate_dot: f64,

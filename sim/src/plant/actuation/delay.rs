@@ -19,7 +19,7 @@ pub(super) struct Delay {
 }
 
 impl Delay {
-    /// By `delay` [s], not negative; `before` acts until the first command has arrived.
+    /// By `delay` (s), not negative; `before` acts until the first command has arrived.
     pub fn new(delay: f64, before: AppliedWrench, body: &RigidBody) -> Self {
         let steps = (delay / body.sub_step_duration()).round() as u64;
         let per_tick = u64::from(body.sub_steps());

@@ -24,7 +24,7 @@ pub(super) struct Lag {
 }
 
 impl Lag {
-    /// With the time constant `constant` from `start` on, for plant steps of `h` [s]; none for zero.
+    /// With the time constant `constant` from `start` on, for plant steps of `h` (s); none for zero.
     pub fn new(constant: f64, start: AppliedWrench, h: f64) -> Option<Self> {
         let x = h / constant;
         let left_in_the_mean = -(-x).exp_m1() / x;

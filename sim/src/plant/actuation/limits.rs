@@ -7,9 +7,9 @@ use glam::Vec3;
 /// is not beyond it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Most thrust; the least is zero. None: unlimited, also below zero [N].
+    /// Most thrust; the least is zero. None: unlimited, also below zero (N).
     pub thrust_max: Option<f32>,
-    /// Most torque about each body axis, either way round [N m].
+    /// Most torque about each body axis, either way round (N m).
     pub torque_max: Option<f32>,
 }
 

@@ -21,25 +21,25 @@ use lag::Lag;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ActuationConfig {
-    /// Most thrust that the rotors can give; commands are clipped to `[0, thrust_max]` [N].
+    /// Most thrust that the rotors can give; commands are clipped to `[0, thrust_max]` (N).
     pub thrust_max: Option<f64>,
-    /// Most torque that they can give about each body axis, either way round [N m].
+    /// Most torque that they can give about each body axis, either way round (N m).
     pub torque_max: Option<f64>,
     /// How much later a command acts, rounded to the nearest whole number of plant steps;
-    /// at most [`DELAY_MAX`](Self::DELAY_MAX) [s].
+    /// at most [`DELAY_MAX`](Self::DELAY_MAX) (s).
     pub delay: Option<f64>,
     /// Time constant with which thrust and torque follow the command;
-    /// at most [`ROTOR_LAG_MAX`](Self::ROTOR_LAG_MAX) [s].
+    /// at most [`ROTOR_LAG_MAX`](Self::ROTOR_LAG_MAX) (s).
     pub rotor_lag: Option<f64>,
 }
 
 impl ActuationConfig {
-    /// Longest delay [s]. It bounds the memory: a command is kept for each tick of the delay.
+    /// Longest delay (s). It bounds the memory: a command is kept for each tick of the delay.
     pub const DELAY_MAX: f64 = 1.0;
-    /// Longest time constant [s].
+    /// Longest time constant (s).
     pub const ROTOR_LAG_MAX: f64 = 10.0;
 
-    /// The same with the delay that the plant steps of `h` [s] give.
+    /// The same with the delay that the plant steps of `h` (s) give.
     #[must_use]
     pub fn in_steps_of(self, h: f64) -> Self {
         Self { delay: self.delay.map(|delay| (delay / h).round() * h), ..self }

@@ -10,11 +10,11 @@ use crate::plant::Disturbance;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gust {
-    /// How long each gust lasts; the first starts with the flight [s].
+    /// How long each gust lasts; the first starts with the flight (s).
     pub hold: f64,
-    /// Largest magnitude of each component [m/s^2].
+    /// Largest magnitude of each component (m/s^2).
     pub acceleration: f64,
-    /// Largest magnitude of each component [N m].
+    /// Largest magnitude of each component (N m).
     pub torque: f64,
 }
 

@@ -37,14 +37,14 @@ pub struct DisturbanceConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Constant {
-    /// World frame [m/s^2].
+    /// World frame (m/s^2).
     pub acceleration: DVec3,
-    /// Body axes [N m].
+    /// Body axes (N m).
     pub torque: DVec3,
 }
 
 impl DisturbanceConfig {
-    /// Bounds of each component of `d1` [m/s^2] and `d2` [N m], over all time and seeds.
+    /// Bounds of each component of `d1` (m/s^2) and `d2` (N m), over all time and seeds.
     #[must_use]
     pub fn bounds(&self) -> (f64, f64) {
         let mut bound = Disturbance::default();
@@ -78,7 +78,7 @@ pub struct DisturbanceProcess {
 }
 
 impl DisturbanceProcess {
-    /// Starts at tick zero; `step_period` [s].
+    /// Starts at tick zero; `step_period` (s).
     #[must_use]
     pub fn new(config: &DisturbanceConfig, seed: u64, step_period: f64) -> Self {
         Self {

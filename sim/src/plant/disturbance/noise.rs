@@ -10,9 +10,9 @@ use crate::plant::Disturbance;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
-    /// Largest magnitude of each component [m/s^2].
+    /// Largest magnitude of each component (m/s^2).
     pub acceleration: f64,
-    /// Largest magnitude of each component [N m].
+    /// Largest magnitude of each component (N m).
     pub torque: f64,
 }
 

@@ -11,11 +11,11 @@ use crate::plant::Disturbance;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sinusoid {
-    /// Frequency [Hz].
+    /// Frequency (Hz).
     pub frequency: f64,
-    /// Amplitude in the world frame [m/s^2].
+    /// Amplitude in the world frame (m/s^2).
     pub acceleration: DVec3,
-    /// Amplitude in body axes [N m].
+    /// Amplitude in body axes (N m).
     pub torque: DVec3,
 }
 
