@@ -12,18 +12,18 @@ mod document;
 mod vehicle;
 
 use ctrl_core::allocation::Allocator;
-use ctrl_core::controller::TrackingController;
+use ctrl_core::controller::{AdaptiveController, ControllerConfig, TrackingController};
 use ctrl_core::mode::Supervisor;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
-use document::{ControllerConfig, Document, Flown, Tuning};
+use document::{BuiltInMission, Document, Tuning};
 use link::ControllerKind;
 use vehicle::VehicleConfig;
 
 /// Outputs of a board; `firmware::vehicle::ROTORS`.
 const ROTORS: usize = 4;
 
-/// Flown by the image unless the variable `GYRFALCON_SCENARIO` names another.
+/// BuiltInMission by the image unless the variable `GYRFALCON_SCENARIO` names another.
 const FLOWN: &str = "paper-saturated";
 
 /// Scenarios that give the numbers of the controller that the flown one does not use.
@@ -44,12 +44,12 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("set by Cargo"));
     let write = |name: &str, content: &[u8]| fs::write(out.join(name), content).expect("OUT_DIR");
     write("scenarios.rs", code.as_bytes());
-    write("flown.postcard", &postcard::to_allocvec(&flown).expect("postcard takes any"));
+    write("built_in_mission.postcard", &postcard::to_allocvec(&flown).expect("postcard takes any"));
     write("vehicle.postcard", &vehicle_bytes());
 }
 
 /// What the image flies; `GYRFALCON_CONTROL_RATE` (Hz) stands for the scenario's step period.
-fn flown(scenarios: &BTreeMap<String, Document>, name: &str) -> Flown {
+fn flown(scenarios: &BTreeMap<String, Document>, name: &str) -> BuiltInMission {
     let find =
         |name: &str| scenarios.get(name).unwrap_or_else(|| panic!("no scenario is called {name}"));
     let (mut kind, mut robust_adaptive, mut saturated) = (None, None, None);
@@ -75,24 +75,22 @@ fn flown(scenarios: &BTreeMap<String, Document>, name: &str) -> Flown {
         tuning.robust_adaptive.step_period = 1.0 / rate;
         tuning.saturated.step_period = 1.0 / rate;
     }
-    Flown { tuning, trajectory: find(name).trajectory.clone() }
+    BuiltInMission { tuning, trajectory: find(name).trajectory.clone() }
 }
 
 /// Control ticks a second; both controllers must accept it, and the chosen one the trajectory.
-fn control_rate(flown: &Flown) -> u32 {
-    let Tuning { kind, robust_adaptive, saturated } = flown.tuning;
+fn control_rate(flown: &BuiltInMission) -> u32 {
+    let Tuning { robust_adaptive, saturated, .. } = flown.tuning;
     let period = robust_adaptive.step_period;
     assert_eq!(period, saturated.step_period, "step periods of the two controllers");
     let rate = (1.0 / period).round();
     assert!((rate * period - 1.0).abs() < 1e-6, "1/step_period must be whole");
-    let robust_adaptive = RobustAdaptive::new(&robust_adaptive).expect("robust_adaptive");
-    let saturated = Saturated::new(&saturated).expect("saturated");
-    let trajectory = flown.trajectory.build(period).expect("trajectory");
-    match kind {
-        ControllerKind::RobustAdaptive => robust_adaptive.accept(&trajectory),
-        ControllerKind::Saturated => saturated.accept(&trajectory),
-    }
-    .expect("the trajectory suits the controller");
+    // The other controller must be valid, too: the host may select it.
+    RobustAdaptive::new(&robust_adaptive).expect("robust_adaptive");
+    Saturated::new(&saturated).expect("saturated");
+    let controller = flown.tuning.controller().expect("the chosen controller");
+    let trajectory = flown.trajectory.build(controller.step_period()).expect("trajectory");
+    controller.accept(&trajectory).expect("the trajectory suits the controller");
     rate as u32
 }
 
@@ -105,7 +103,7 @@ fn code(scenarios: &BTreeMap<String, Document>, flown: &str, rate: u32) -> Strin
         writeln!(code, "    Scenario {{ name: {name:?}, bytes: &{bytes:?} }},").expect("a string");
     }
     code + &format!(
-        "];\n\n/// Name of the scenario that this image flies.\npub const FLOWN: &str = {flown:?};\n\
+        "];\n\n/// Name of the scenario that this image flies.\npub const BUILT_IN: &str = {flown:?};\n\
          \n/// Control ticks a second (Hz), from its step period.\n\
          pub const CONTROL_RATE: u32 = {rate};\n"
     )

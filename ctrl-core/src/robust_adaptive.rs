@@ -14,7 +14,8 @@ use crate::adaptation::Estimate;
 use crate::cascade::{Cascade, CascadeState, Evaluation, in_range};
 use crate::config::{Checkpoint, RobustAdaptiveConfig};
 use crate::controller::{
-    Auxiliary, Estimates, Intermediates, StepOutput, StepStatus, TrackingController,
+    AdaptiveController, Auxiliary, Estimates, Intermediates, StepOutput, StepStatus,
+    TrackingController,
 };
 use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, require};
 use crate::reference::Reference;
@@ -149,6 +150,22 @@ impl TrackingController for RobustAdaptive {
     }
 
     #[inline]
+    fn step(
+        &self,
+        state: &mut RobustAdaptiveState,
+        vehicle: &VehicleState,
+        reference: &Reference,
+    ) -> StepOutput {
+        self.step_observed(state, vehicle, reference, |_| {})
+    }
+
+    fn step_period(&self) -> f32 {
+        self.config.step_period
+    }
+}
+
+impl AdaptiveController for RobustAdaptive {
+    #[inline]
     fn step_observed(
         &self,
         state: &mut RobustAdaptiveState,
@@ -183,10 +200,6 @@ impl TrackingController for RobustAdaptive {
             ..evaluation.intermediates(&self.cascade, &state.cascade)
         });
         self.commit(state, &evaluation, &law)
-    }
-
-    fn step_period(&self) -> f32 {
-        self.config.step_period
     }
 
     fn reference_acceleration_max(&self) -> f32 {

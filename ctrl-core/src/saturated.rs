@@ -22,7 +22,8 @@ use crate::adaptation::Estimate;
 use crate::cascade::{Cascade, CascadeState, Evaluation, in_range};
 use crate::config::{Checkpoint, SaturatedConfig};
 use crate::controller::{
-    Auxiliary, Estimates, Intermediates, StepOutput, StepStatus, TrackingController,
+    AdaptiveController, Auxiliary, Estimates, Intermediates, StepOutput, StepStatus,
+    TrackingController,
 };
 use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, require};
 use crate::reference::Reference;
@@ -292,6 +293,22 @@ impl TrackingController for Saturated {
     }
 
     #[inline]
+    fn step(
+        &self,
+        state: &mut SaturatedState,
+        vehicle: &VehicleState,
+        reference: &Reference,
+    ) -> StepOutput {
+        self.step_observed(state, vehicle, reference, |_| {})
+    }
+
+    fn step_period(&self) -> f32 {
+        self.config.step_period
+    }
+}
+
+impl AdaptiveController for Saturated {
+    #[inline]
     fn step_observed(
         &self,
         state: &mut SaturatedState,
@@ -332,10 +349,6 @@ impl TrackingController for Saturated {
             ..evaluation.intermediates(&self.cascade, &state.cascade)
         });
         self.commit(state, &evaluation, &law)
-    }
-
-    fn step_period(&self) -> f32 {
-        self.config.step_period
     }
 
     fn reference_acceleration_max(&self) -> f32 {

@@ -1,12 +1,12 @@
 //! What the control group and the groups below it hand to each other, under short locks.
 
+use ctrl_core::controller::AnyController;
 use ctrl_core::mode::{Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
 use link::{GROUPS, GroupHealth, Health, LinkStatistics, Telemetry};
 
 use crate::flight_control::Inputs;
-use crate::law::Law;
 use crate::rate_loop::{Group, RateLoop};
 use crate::session::Progress;
 
@@ -20,7 +20,7 @@ pub struct Inbox {
     /// A command that has not been obeyed yet.
     pub command: Option<Command>,
     /// A law to fly with from the next start.
-    pub law: Option<Law>,
+    pub law: Option<AnyController>,
     /// The vehicle must not fly.
     pub fault: bool,
 }
@@ -28,7 +28,7 @@ pub struct Inbox {
 impl Inbox {
     /// The inputs of one tick. Sample, command and law are taken: when state input is late, the
     /// next tick misses its sample.
-    pub fn take(&mut self, overrun: bool, outputs_off: bool) -> (Inputs, Option<Law>) {
+    pub fn take(&mut self, overrun: bool, outputs_off: bool) -> (Inputs, Option<AnyController>) {
         let inputs = Inputs {
             vehicle: self.vehicle.take(),
             reference: self.reference,

@@ -4,7 +4,10 @@
 //! copied to rotors and telemetry.
 
 use ctrl_core::allocation::{Allocator, Limited, RotorGeometry, RotorThrusts};
-use ctrl_core::controller::{StepOutput, StepStatus};
+use ctrl_core::controller::{
+    AdaptiveController, AnyController, AnyControllerState, StepOutput, StepStatus,
+    TrackingController,
+};
 use ctrl_core::error::ConfigError;
 use ctrl_core::mode::{
     Cause, Command, Conditions, Mode, Refusal, SAFE, Supervisor, SupervisorConfig, SupervisorState,
@@ -13,8 +16,6 @@ use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{VehicleState, Wrench};
 use glam::Vec3;
 use link::Telemetry;
-
-use crate::law::Law;
 
 /// What one control period has to work with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +62,8 @@ const AT_REST: StepOutput =
 /// Supervision, law and allocation with their memory.
 #[derive(Clone, Debug)]
 pub struct FlightControl {
-    law: Law,
+    law: AnyController,
+    law_state: AnyControllerState,
     supervisor: Supervisor,
     supervisor_state: SupervisorState,
     allocator: Allocator,
@@ -78,11 +80,12 @@ impl FlightControl {
     /// # Errors
     /// The parameter that supervisor or allocator refuses.
     pub fn new(
-        law: Law,
+        law: AnyController,
         supervisor: &SupervisorConfig,
         geometry: &RotorGeometry,
     ) -> Result<Self, ConfigError> {
         Ok(Self {
+            law_state: law.initial_state(),
             law,
             supervisor: Supervisor::new(supervisor)?,
             supervisor_state: SupervisorState::default(),
@@ -108,9 +111,9 @@ impl FlightControl {
     }
 
     /// Flies with another law from the next start; in flight it is not taken.
-    pub fn replace_law(&mut self, law: Law) {
+    pub fn replace_law(&mut self, law: AnyController) {
         if !matches!(self.supervisor_state.mode(), Mode::Flying | Mode::Failsafe) {
-            self.law = law;
+            (self.law, self.law_state) = (law, law.initial_state());
         }
     }
 
@@ -132,9 +135,9 @@ impl FlightControl {
             torque_demand_body: outputs.step.torque_demand_body,
             status: outputs.step.status,
             limited: outputs.limited,
-            estimates: self.law.estimates(),
-            attitude_error: self.law.attitude_error(),
-            auxiliary: self.law.auxiliary(),
+            estimates: self.law.estimates(&self.law_state),
+            attitude_error: self.law.attitude_error(&self.law_state),
+            auxiliary: self.law.auxiliary(&self.law_state),
             step_cost,
         }
     }
@@ -157,7 +160,7 @@ impl FlightControl {
         match (before, state.mode()) {
             (Mode::Flying | Mode::Failsafe, Mode::Flying | Mode::Failsafe) => {}
             _ => {
-                self.law.reset();
+                self.law_state = self.law.initial_state();
                 self.flight_tick = 0;
             }
         }
@@ -166,7 +169,7 @@ impl FlightControl {
 
     fn step(&mut self, vehicle: &VehicleState, reference: &Reference) -> StepOutput {
         self.flight_tick = self.flight_tick.saturating_add(1);
-        self.law.step(vehicle, reference)
+        self.law.step(&mut self.law_state, vehicle, reference)
     }
 
     /// Gates the wrench and allocates it, if the rotors may turn.

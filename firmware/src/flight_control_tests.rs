@@ -5,11 +5,12 @@ use glam::{Quat, Vec3};
 use link::ControllerKind;
 
 use super::*;
-use crate::scenario::{Tuning, flown};
+use crate::scenario::{Tuning, built_in_mission};
 use crate::vehicle::vehicle_config;
 
-fn law() -> Law {
-    Law::new(&Tuning { kind: ControllerKind::Saturated, ..flown().unwrap().tuning }).unwrap()
+fn law() -> AnyController {
+    let mission = built_in_mission().unwrap();
+    Tuning { kind: ControllerKind::Saturated, ..mission.tuning }.controller().unwrap()
 }
 
 fn supervisor() -> SupervisorConfig {
@@ -67,12 +68,13 @@ fn rotors_stand_still_until_armed_and_started() {
 fn the_rotors_make_the_wrench_of_the_law() {
     let config = vehicle_config().unwrap();
     let allocator = Allocator::new(&config.geometry).unwrap();
-    let mut law = law();
+    let law = law();
+    let mut state = law.initial_state();
     let mut flight = flying();
-    law.step(&inputs().vehicle.unwrap(), &inputs().reference);
+    law.step(&mut state, &inputs().vehicle.unwrap(), &inputs().reference);
     for tick in 2..50 {
         let outputs = flight.tick(&inputs());
-        let expected = law.step(&inputs().vehicle.unwrap(), &inputs().reference);
+        let expected = law.step(&mut state, &inputs().vehicle.unwrap(), &inputs().reference);
         assert_eq!((outputs.step, outputs.flight_tick), (expected, tick));
         assert_eq!(outputs.limited, Limited::empty());
         let Wrench { thrust, torque_body } = allocator.wrench(&outputs.thrusts.unwrap());

@@ -10,7 +10,6 @@ extern crate std;
 pub mod evidence;
 pub mod exchange;
 pub mod flight_control;
-pub mod law;
 pub mod pace;
 pub mod parameter_store;
 pub mod rate_loop;

@@ -36,7 +36,7 @@ mod app {
     use firmware::pace::{Begin, Pace};
     use firmware::parameter_store::{Found, ParameterStore};
     use firmware::rate_loop::{Due, Group, RateLoop};
-    use firmware::scenario::Flown;
+    use firmware::scenario::BuiltInMission;
     use firmware::session::{PaceRequest, Progress, Session, SessionConfig};
     use firmware::stored_parameters::{SetError, put_in_force};
     use firmware::{rates, scenario, vehicle};
@@ -109,7 +109,9 @@ mod app {
     #[init(local = [queue: Queue<u8, RECEIVED> = Queue::new(), session: Option<Session> = None])]
     fn init(mut cx: init::Context) -> (Shared, Local) {
         // build.rs has checked all of these: an error means a damaged image.
-        let (Ok(vehicle), Ok(mut flown)) = (vehicle::vehicle_config(), scenario::flown()) else {
+        let (Ok(vehicle), Ok(mut flown)) =
+            (vehicle::vehicle_config(), scenario::built_in_mission())
+        else {
             panic!("damaged configuration");
         };
         let mut thrust_max = [0.0; ROTORS];
@@ -144,7 +146,7 @@ mod app {
         defmt::info!(
             "{=str}: scenario {=str}, control at {=u32} Hz",
             Active::NAME,
-            scenario::FLOWN,
+            scenario::BUILT_IN,
             scenario::CONTROL_RATE
         );
         peripherals.watchdog.start(WATCHDOG_TIMEOUT.millis());
@@ -179,7 +181,7 @@ mod app {
     }
 
     /// Flies with what was found in memory, if it is accepted, and logs it.
-    fn parameters_in_force(flown: &mut Flown, found: &Found) -> ParametersInForce {
+    fn parameters_in_force(flown: &mut BuiltInMission, found: &Found) -> ParametersInForce {
         let (in_force, result) = put_in_force(flown, found);
         let (origin, generation) = (in_force.origin as u8, in_force.generation);
         defmt::info!("parameters of origin {=u8}, generation {=u32}", origin, generation);

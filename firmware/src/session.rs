@@ -4,6 +4,7 @@
 //! prepared, and answers wait in a bounded queue. Settings are parsed and checked here, in the
 //! state-input group, never in the control group.
 
+use ctrl_core::controller::{AdaptiveController, AnyController, TrackingController};
 use ctrl_core::error::ConfigError;
 use ctrl_core::mode::{Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
@@ -18,10 +19,9 @@ use link::{
 };
 
 use crate::evidence::append;
-use crate::law::Law;
 use crate::parameter_store::StoreError;
 use crate::reference_source::{Origin, ReferenceSource};
-use crate::scenario::{self, Flown, Tuning};
+use crate::scenario::{self, BuiltInMission, Tuning};
 use crate::stored_parameters::StoredParameters;
 use crate::vehicle::{LinkConfig, VehicleConfig};
 
@@ -88,7 +88,7 @@ impl Progress {
 pub struct Session {
     config: SessionConfig,
     tuning: Tuning,
-    law: Law,
+    law: AnyController,
     law_changed: bool,
     references: ReferenceSource,
     upload: PathUpload,
@@ -122,11 +122,11 @@ impl Session {
     /// When the chosen controller refuses its numbers or the trajectory.
     pub fn new(
         config: SessionConfig,
-        flown: &Flown,
+        flown: &BuiltInMission,
         in_force: ParametersInForce,
         fault: Option<FaultReport>,
     ) -> Result<Self, ConfigError> {
-        let law = Law::new(&flown.tuning)?;
+        let law = flown.tuning.controller()?;
         let trajectory = flown.trajectory.build(law.step_period())?;
         law.accept(&trajectory)?;
         let origin = Origin::Trajectory(trajectory);
@@ -159,7 +159,7 @@ impl Session {
 
     /// The law at the start.
     #[must_use]
-    pub fn law(&self) -> Law {
+    pub fn law(&self) -> AnyController {
         self.law
     }
 
@@ -269,7 +269,7 @@ impl Session {
 
     /// Takes a tuning if its controller is valid and accepts the selected trajectory.
     fn tune(&mut self, tuning: Tuning, changed: bool) -> Result<(), Rejection> {
-        let law = Law::new(&tuning)?;
+        let law = tuning.controller()?;
         if let Origin::Trajectory(trajectory) = self.references.origin() {
             law.accept(trajectory)?;
         }
@@ -492,7 +492,7 @@ impl Session {
     }
 
     /// A law that has replaced the one before, once.
-    pub fn take_law(&mut self) -> Option<Law> {
+    pub fn take_law(&mut self) -> Option<AnyController> {
         core::mem::take(&mut self.law_changed).then_some(self.law)
     }
 
@@ -522,8 +522,8 @@ impl Session {
 }
 
 /// What the image carries. An error means a damaged image, which did not start.
-fn built_in() -> Result<Flown, Rejection> {
-    scenario::flown().map_err(|_| Rejection::StorageFailed)
+fn built_in() -> Result<BuiltInMission, Rejection> {
+    scenario::built_in_mission().map_err(|_| Rejection::StorageFailed)
 }
 
 fn parameter_index_in<C: Parameters>(_: &C, name: &str) -> Option<u16> {

@@ -6,7 +6,7 @@ use ctrl_core::trajectory::{HoverConfig, Leg};
 use link::{FaultKind, REGISTERS};
 
 use super::*;
-use crate::scenario::flown;
+use crate::scenario::built_in_mission;
 
 const CONFIG: SessionConfig = SessionConfig {
     board: "test bench",
@@ -24,8 +24,8 @@ const BUILT_IN: ParametersInForce =
 
 /// A session that has sent its greeting.
 fn session() -> Session {
-    let flown = Flown {
-        tuning: Tuning { kind: ControllerKind::Saturated, ..flown().unwrap().tuning },
+    let flown = BuiltInMission {
+        tuning: Tuning { kind: ControllerKind::Saturated, ..built_in_mission().unwrap().tuning },
         trajectory: TrajectoryConfig::Hover(hover()),
     };
     let mut session = Session::new(CONFIG, &flown, BUILT_IN, None).unwrap();
@@ -71,11 +71,11 @@ fn report() -> FaultReport {
 
 #[test]
 fn greets_after_the_start_and_when_greeted() {
-    let mut session = Session::new(CONFIG, &flown().unwrap(), STORED, None).unwrap();
+    let mut session = Session::new(CONFIG, &built_in_mission().unwrap(), STORED, None).unwrap();
     assert!(!session.greeted() && session.has_answers());
     let Some(Downlink::Identity(greeting)) = session.next_answer() else { panic!() };
     assert_eq!((&*greeting.board, greeting.uptime_ticks), ("test bench", 0));
-    assert_eq!(greeting.controller, flown().unwrap().tuning.kind);
+    assert_eq!(greeting.controller, built_in_mission().unwrap().tuning.kind);
     assert_eq!(session.next_answer(), Some(Downlink::ParametersInForce(STORED)));
     let [Downlink::Identity(identity), in_force] = &say(&mut session, Uplink::Hello, FLYING)[..]
     else {
@@ -134,7 +134,7 @@ fn a_parameter_is_written_read_back_and_reaches_the_law() {
     let answer = say(&mut session, write("k4", 3.5), GROUND);
     assert_eq!(answer, acknowledged(Ok(())));
     assert_eq!(read(&mut session, "k4"), 3.5);
-    let Some(Law::Saturated(law, _)) = session.take_law() else { panic!() };
+    let Some(AnyController::Saturated(law)) = session.take_law() else { panic!() };
     assert_eq!(law.config().k4, 3.5);
     assert!(session.take_law().is_none(), "once");
 }
@@ -198,7 +198,7 @@ fn the_controller_is_chosen_by_the_host() {
     let mut session = session();
     let choice = Uplink::SelectController(ControllerKind::RobustAdaptive);
     assert_eq!(say(&mut session, choice, GROUND), acknowledged(Ok(())));
-    assert!(matches!(session.take_law(), Some(Law::RobustAdaptive(..))));
+    assert!(matches!(session.take_law(), Some(AnyController::RobustAdaptive(..))));
 }
 
 #[test]
@@ -271,7 +271,8 @@ fn telemetry_is_subscribed_within_what_the_link_carries() {
 
 #[test]
 fn a_fault_is_pending_until_it_is_acknowledged() {
-    let mut session = Session::new(CONFIG, &flown().unwrap(), BUILT_IN, Some(report())).unwrap();
+    let mut session =
+        Session::new(CONFIG, &built_in_mission().unwrap(), BUILT_IN, Some(report())).unwrap();
     let Some(Downlink::Identity(identity)) = session.next_answer() else { panic!() };
     assert!(identity.fault_pending && session.fault_pending());
     assert_eq!(session.next_answer(), Some(Downlink::ParametersInForce(BUILT_IN)));
@@ -323,7 +324,7 @@ fn parameters_are_handed_out_to_be_kept_and_the_host_hears_the_end() {
 #[test]
 fn forgetting_brings_the_built_in_parameters_back_at_once() {
     let mut session = session();
-    let built_in = flown().unwrap().tuning.saturated.k4;
+    let built_in = built_in_mission().unwrap().tuning.saturated.k4;
     say(&mut session, write("k4", 3.5), GROUND);
     session.take_law();
     assert_eq!(say(&mut session, Uplink::ParametersForget, GROUND), []);

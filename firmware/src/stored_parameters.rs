@@ -4,13 +4,13 @@ use core::fmt;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::controller::{AdaptiveController, TrackingController};
 use ctrl_core::error::ConfigError;
 use link::{ControllerKind, ParameterOrigin, Parameters, ParametersInForce};
 use serde::{Deserialize, Serialize};
 
-use crate::law::Law;
 use crate::parameter_store::{Found, PAYLOAD_MAX, Payload};
-use crate::scenario::{Flown, Tuning};
+use crate::scenario::{BuiltInMission, Tuning};
 
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 const ROBUST_ADAPTIVE: usize = RobustAdaptiveConfig::TABLE.len();
@@ -100,7 +100,10 @@ impl Kept {
 ///
 /// # Errors
 /// Why what was found is refused; `flown` is then unchanged. The origin says so in either case.
-pub fn put_in_force(flown: &mut Flown, found: &Found) -> (ParametersInForce, Result<(), SetError>) {
+pub fn put_in_force(
+    flown: &mut BuiltInMission,
+    found: &Found,
+) -> (ParametersInForce, Result<(), SetError>) {
     let in_force = |origin, generation| ParametersInForce { origin, generation, changed: false };
     let (generation, payload) = match found {
         Found::Nothing => return (in_force(ParameterOrigin::BuiltIn, 0), Ok(())),
@@ -118,7 +121,7 @@ pub fn put_in_force(flown: &mut Flown, found: &Found) -> (ParametersInForce, Res
 }
 
 /// The tuning in a record, none if it was forgotten.
-fn accepted(flown: &Flown, payload: &[u8]) -> Result<Option<Tuning>, SetError> {
+fn accepted(flown: &BuiltInMission, payload: &[u8]) -> Result<Option<Tuning>, SetError> {
     let kept = match postcard::take_from_bytes(payload) {
         Ok((StoredParameters::Kept(kept), [])) => kept,
         Ok((StoredParameters::Forgotten, [])) => return Ok(None),
@@ -126,9 +129,9 @@ fn accepted(flown: &Flown, payload: &[u8]) -> Result<Option<Tuning>, SetError> {
     };
     let tuning = kept.tuning(&flown.tuning)?;
     for kind in [ControllerKind::RobustAdaptive, ControllerKind::Saturated] {
-        Law::new(&Tuning { kind, ..tuning })?;
+        Tuning { kind, ..tuning }.controller()?;
     }
-    let law = Law::new(&tuning)?;
+    let law = tuning.controller()?;
     law.accept(&flown.trajectory.build(law.step_period())?)?;
     Ok(Some(tuning))
 }
@@ -148,9 +151,9 @@ fn layout() -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::flown;
+    use crate::scenario::built_in_mission;
 
-    fn changed(built_in: &Flown) -> Tuning {
+    fn changed(built_in: &BuiltInMission) -> Tuning {
         let kind = match built_in.tuning.kind {
             ControllerKind::RobustAdaptive => ControllerKind::Saturated,
             ControllerKind::Saturated => ControllerKind::RobustAdaptive,
@@ -166,7 +169,7 @@ mod tests {
 
     #[test]
     fn what_is_kept_is_in_force_after_a_restart() {
-        let mut flown = flown().unwrap();
+        let mut flown = built_in_mission().unwrap();
         let tuning = changed(&flown);
         let (in_force, result) = put_in_force(&mut flown, &found(&tuning));
         assert_eq!((result, flown.tuning), (Ok(()), tuning));
@@ -177,7 +180,7 @@ mod tests {
 
     #[test]
     fn the_step_period_is_the_images_own() {
-        let mut flown = flown().unwrap();
+        let mut flown = built_in_mission().unwrap();
         let built_in = flown.tuning.saturated.step_period;
         let mut slow = flown.tuning;
         slow.saturated.step_period = 2.0 * built_in;
@@ -187,7 +190,7 @@ mod tests {
 
     /// The origin of what is in force, and the reason; asserts that it is the built-in.
     fn refused(found: &Found) -> (ParameterOrigin, Result<(), SetError>) {
-        let built_in = flown().unwrap();
+        let built_in = built_in_mission().unwrap();
         let mut flown = built_in.clone();
         let (in_force, result) = put_in_force(&mut flown, found);
         assert_eq!(flown, built_in);
@@ -204,13 +207,14 @@ mod tests {
 
     #[test]
     fn a_set_of_other_firmware_is_refused() {
-        let StoredParameters::Kept(mut kept) = StoredParameters::of(&flown().unwrap().tuning)
+        let StoredParameters::Kept(mut kept) =
+            StoredParameters::of(&built_in_mission().unwrap().tuning)
         else {
             panic!()
         };
         kept.layout ^= 1;
         let foreign = Found::Record(1, StoredParameters::Kept(kept).encode());
-        let mut long = StoredParameters::of(&flown().unwrap().tuning).encode();
+        let mut long = StoredParameters::of(&built_in_mission().unwrap().tuning).encode();
         long.push(0).unwrap();
         for found in [foreign, Found::Record(1, Payload::new()), Found::Record(1, long)] {
             assert_eq!(refused(&found), (ParameterOrigin::Refused, Err(SetError::Foreign)));
@@ -220,7 +224,7 @@ mod tests {
     #[test]
     fn a_set_that_a_controller_refuses_is_refused_whichever_flies() {
         for (first, second) in [(-1.0, 4.0), (4.0, f32::NAN)] {
-            let mut tuning = flown().unwrap().tuning;
+            let mut tuning = built_in_mission().unwrap().tuning;
             (tuning.robust_adaptive.k4, tuning.saturated.k4) = (first, second);
             let (origin, result) = refused(&found(&tuning));
             assert_eq!(origin, ParameterOrigin::Refused);
@@ -231,7 +235,7 @@ mod tests {
 
     #[test]
     fn a_set_that_forbids_the_built_in_trajectory_is_refused() {
-        let mut tuning = flown().unwrap().tuning;
+        let mut tuning = built_in_mission().unwrap().tuning;
         tuning.saturated.reference_acceleration_max = 1e-3;
         let (origin, result) = refused(&found(&tuning));
         assert!(origin == ParameterOrigin::Refused && result.is_err(), "{result:?}");
@@ -239,7 +243,7 @@ mod tests {
 
     #[test]
     fn every_set_fits_a_record() {
-        let mut tuning = flown().unwrap().tuning;
+        let mut tuning = built_in_mission().unwrap().tuning;
         tuning.saturated = tuning.saturated.with_all(&[f32::MAX; SATURATED]);
         let bytes = StoredParameters::of(&tuning).encode();
         assert!(bytes.len() > 4 * (ROBUST_ADAPTIVE + SATURATED) && bytes.len() < PAYLOAD_MAX);

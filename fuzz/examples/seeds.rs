@@ -4,9 +4,6 @@
 
 use std::{fs, path::Path};
 
-use link::{
-    ControllerKind, Downlink, Encoder, MAX_FRAME, Message, TrajectorySelection, Uplink,
-};
 use ctrl_core::mode::Command;
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::{
@@ -15,6 +12,7 @@ use ctrl_core::trajectory::{
 use ctrl_core::vehicle::VehicleState;
 use fuzz::{GROUND, say, session};
 use glam::Vec3;
+use link::{ControllerKind, Downlink, Encoder, MAX_FRAME, Message, TrajectorySelection, Uplink};
 
 fn main() {
     let (uplink, downlink) = conversation();

@@ -5,11 +5,11 @@
 #![no_main]
 
 use crc::{CRC_32_ISO_HDLC, Crc};
+use libfuzzer_sys::fuzz_target;
 use link::{
     Decoder, Downlink, Encoder, FaultKind, FaultReport, LinkStatistics, MAX_FRAME, Message,
     REGISTERS, Uplink,
 };
-use libfuzzer_sys::fuzz_target;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 

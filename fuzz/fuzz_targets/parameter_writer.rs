@@ -4,13 +4,13 @@
 //! as little-endian `f32`. A place past the end of the list stands for a name that is none.
 #![no_main]
 
-use link::{ControllerKind, Downlink, ParameterValue, Rejection, Uplink};
 use ctrl_core::mode::Mode;
 use ctrl_core::reference::Reference;
 use firmware::session::{Progress, Session};
 use fuzz::{GROUND, ask, assert_bounded, say, session};
 use glam::Vec3;
 use libfuzzer_sys::fuzz_target;
+use link::{ControllerKind, Downlink, ParameterValue, Rejection, Uplink};
 
 fuzz_target!(|data: &[u8]| {
     let Some((kind, records)) = data.split_first() else { return };

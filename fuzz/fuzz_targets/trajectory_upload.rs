@@ -3,12 +3,12 @@
 //! The input is postcard messages to the vehicle, one after the other, as far as they parse.
 #![no_main]
 
-use link::{Rejection, TrajectorySelection, Uplink};
 use ctrl_core::mode::Mode;
 use ctrl_core::reference::Reference;
 use firmware::session::{Progress, Session};
 use fuzz::{GROUND, ask, assert_bounded, session};
 use libfuzzer_sys::fuzz_target;
+use link::{Rejection, TrajectorySelection, Uplink};
 
 /// Ticks of flight at which a selected trajectory is looked at.
 const TICKS: [u32; 5] = [0, 1, 777, 20_000, u32::MAX];

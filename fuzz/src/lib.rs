@@ -1,16 +1,13 @@
 //! What the fuzz targets share: a session without hardware, and what every law promises.
 
-use ctrl_core::controller::TrackingController;
-use link::{
-    Acknowledgement, Downlink, ParametersInForce, Received, Rejection, Uplink,
-};
+use ctrl_core::controller::{AdaptiveController, AnyController, TrackingController};
 use ctrl_core::mode::Mode;
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
-use firmware::law::Law;
-use firmware::scenario::flown;
+use firmware::scenario::built_in_mission;
 use firmware::session::{Progress, Session, SessionConfig};
 use glam::Vec3;
+use link::{Acknowledgement, Downlink, ParametersInForce, Received, Rejection, Uplink};
 
 /// A vehicle on the ground at some tick.
 pub const GROUND: Progress =
@@ -28,7 +25,9 @@ pub fn session() -> Session {
         reference_timeout: 100,
         telemetry_period_min: 2,
     };
-    let mut session = Session::new(config, &flown().unwrap(), ParametersInForce::default(), None).unwrap();
+    let mut session =
+        Session::new(config, &built_in_mission().unwrap(), ParametersInForce::default(), None)
+            .unwrap();
     while session.next_answer().is_some() {}
     session
 }
@@ -59,14 +58,11 @@ pub fn ask(session: &mut Session, message: Uplink, progress: Progress) -> Result
 ///
 /// # Panics
 /// If one is not.
-pub fn assert_bounded(mut law: Law, reference: &Reference) {
-    let bounds = match law {
-        Law::RobustAdaptive(law, _) => law.bounds(),
-        Law::Saturated(law, _) => law.bounds(),
-    };
+pub fn assert_bounded(law: AnyController, reference: &Reference) {
+    let (bounds, mut state) = (law.bounds(), law.initial_state());
     let here = Vec3::new(1.0, -2.0, 0.5);
     for _ in 0..3 {
-        let wrench = law.step(&VehicleState::at_rest(here), reference).wrench;
+        let wrench = law.step(&mut state, &VehicleState::at_rest(here), reference).wrench;
         let torque = wrench.torque_body;
         assert!(wrench.thrust.is_finite() && torque.is_finite(), "{wrench:?}");
         assert!((bounds.thrust_min..=bounds.thrust_max).contains(&wrench.thrust), "{wrench:?}");

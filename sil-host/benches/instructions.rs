@@ -12,16 +12,15 @@ use std::io;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
+use ctrl_core::controller::ControllerConfig;
 use ctrl_core::controller::TrackingController;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::Trajectory;
-use sil_host::results::Results;
-use sim::closed_loop::{Observer, Unobserved};
+use sil_host::results::FlightResults;
 use sim::guarantee::Guarantees;
-use sim::guarantee::lyapunov::{Evaluation, Evaluator};
-use sim::sample::Sample;
-use sim::scenario::{ControllerConfig, LoadedScenario};
+use sim::observer::Observer;
+use sim::scenario::LoadedScenario;
 use toml_edit::Document;
 
 const LIMITS: &str = include_str!("instructions.toml");
@@ -100,8 +99,12 @@ fn instructions(work: &str, name: &str, steps: u64) -> u64 {
 fn do_work(work: &str, name: &str, steps: u64) {
     let scenario = LoadedScenario::open(name, &[]).expect("a built-in scenario is valid");
     match (work, &scenario.scenario().controller) {
-        ("flight", _) => fly(&scenario, steps, &mut Unobserved),
-        ("monitored", _) => fly(&scenario, steps, &mut Monitors::new(&scenario)),
+        ("flight", _) => {
+            let mut flight = scenario.flight().expect("valid");
+            flight.advance(steps);
+            std::hint::black_box(flight.truth());
+        }
+        ("monitored", _) => fly(&scenario, steps, &mut monitors(&scenario)),
         ("watched", _) => {
             let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("instructions").join(name);
             fly_watched(&scenario, steps, &directory).expect("results can be written");
@@ -118,61 +121,25 @@ fn do_work(work: &str, name: &str, steps: u64) {
 
 fn fly(scenario: &LoadedScenario, ticks: u64, observer: &mut impl Observer) {
     let mut flight = scenario.flight().expect("valid");
-    flight.advance(ticks, observer);
+    flight.observe(ticks, observer);
     std::hint::black_box(flight.truth());
 }
 
 /// As `run`, up to figures and page. The trace is waited for: its thread counts, too.
 fn fly_watched(scenario: &LoadedScenario, ticks: u64, directory: &Path) -> io::Result<()> {
-    let results = Results::create(directory, scenario.scenario(), 1)?;
-    let mut watched = Watched { monitors: Monitors::new(scenario), results };
-    fly(scenario, ticks, &mut watched);
-    let rows = watched.results.finish_trace()?;
+    let results = FlightResults::create(directory, scenario.scenario(), 1)?;
+    let mut observers = (monitors(scenario), results);
+    fly(scenario, ticks, &mut observers);
+    let rows = observers.1.finish_trace()?;
     assert_eq!(rows, ticks);
     Ok(())
 }
 
-/// The monitors, trace and figures.
-struct Watched {
-    monitors: Monitors,
-    results: Results,
-}
-
-impl Observer for Watched {
-    fn observe(&mut self, sample: &Sample) {
-        let evaluation = self.monitors.evaluate(sample);
-        self.results.observe(sample, &evaluation);
-    }
-}
-
-/// The monitors without trace and figures.
-struct Monitors {
-    evaluator: Evaluator,
-    guarantees: Guarantees,
-}
-
-impl Monitors {
-    /// With the guarantees due from the first tick on, as they are for most of a whole flight.
-    fn new(scenario: &LoadedScenario) -> Self {
-        let mut scenario = scenario.scenario().clone();
-        scenario.guarantees.settle_time = 0.0;
-        Self {
-            evaluator: Evaluator::new(&scenario.controller, &scenario.vehicle.into()),
-            guarantees: Guarantees::of(&scenario),
-        }
-    }
-
-    fn evaluate(&mut self, sample: &Sample) -> Evaluation {
-        let evaluation = self.evaluator.evaluate(sample);
-        self.guarantees.observe(sample, &evaluation);
-        evaluation
-    }
-}
-
-impl Observer for Monitors {
-    fn observe(&mut self, sample: &Sample) {
-        self.evaluate(sample);
-    }
+/// The monitors, with the guarantees due from the first tick on, as they are for most of a flight.
+fn monitors(scenario: &LoadedScenario) -> Guarantees {
+    let mut scenario = scenario.scenario().clone();
+    scenario.guarantees.settle_time = 0.0;
+    scenario.monitors()
 }
 
 /// The law alone, at a standing vehicle beside the trajectory.

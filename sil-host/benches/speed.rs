@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::controller::ControllerConfig;
 use ctrl_core::controller::TrackingController;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
@@ -12,12 +13,12 @@ use ctrl_core::vehicle::Wrench;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::Vec3;
-use sil_host::run::Watch;
-use sim::closed_loop::{Observer, Unobserved};
+use sil_host::run::FlightRecorder;
+use sim::observer::Observer;
 use sim::plant::Disturbance;
-use sim::plant::disturbance::DisturbanceProcess;
+use sim::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
 use sim::plant::rigid_body::RigidBody;
-use sim::scenario::{ControllerConfig, LoadedScenario, Scenario};
+use sim::scenario::{LoadedScenario, Scenario};
 
 const PAPER: [&str; 2] = ["paper-robust-adaptive", "paper-saturated"];
 /// Calls in one measurement of a part of a tick.
@@ -34,7 +35,15 @@ fn load(name: &str) -> LoadedScenario {
 /// Control ticks of a whole flight without logging: reference, law, disturbance and plant.
 #[divan::bench(args = PAPER, sample_count = 20)]
 fn flight(bencher: Bencher, name: &str) {
-    fly(bencher, name, || Unobserved);
+    let scenario = load(name);
+    let ticks = scenario.scenario().ticks();
+    bencher
+        .counter(ItemsCount::new(ticks))
+        .with_inputs(|| scenario.flight().expect("a built-in scenario is valid"))
+        .bench_local_values(|mut flight| {
+            flight.advance(ticks);
+            *flight.truth()
+        });
 }
 
 /// The same flight with every monitor, figure and a trace of every tick.
@@ -42,7 +51,9 @@ fn flight(bencher: Bencher, name: &str) {
 fn flight_with_trace(bencher: Bencher, name: &str) {
     let scenario = load(name).scenario().clone();
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("speed").join(name);
-    fly(bencher, name, || Watch::new(&scenario, &directory, 1).expect("results can be written"));
+    fly(bencher, name, || {
+        FlightRecorder::new(&scenario, &directory, 1).expect("results can be written")
+    });
 }
 
 fn fly<O: Observer>(bencher: Bencher, name: &str, observer: impl Fn() -> O) {
@@ -52,7 +63,7 @@ fn fly<O: Observer>(bencher: Bencher, name: &str, observer: impl Fn() -> O) {
         .counter(ItemsCount::new(ticks))
         .with_inputs(|| (scenario.flight().expect("a built-in scenario is valid"), observer()))
         .bench_local_values(|(mut flight, mut observer)| {
-            flight.advance(ticks, &mut observer);
+            flight.observe(ticks, &mut observer);
             *flight.truth()
         });
 }
@@ -98,10 +109,12 @@ fn reference(bencher: Bencher, name: &str) {
 
 #[divan::bench]
 fn disturbance(bencher: Bencher) {
-    let mut noise = DisturbanceProcess::new(&load(PAPER[0]).scenario().disturbance, 1, 1e-3);
+    let scenario = load(PAPER[0]).scenario().clone();
+    let mut noise = DisturbanceProcess::new(&scenario.disturbance, 1, 1e-3);
+    let truth = scenario.initial.state();
     bencher.counter(ItemsCount::new(CALLS)).bench_local(|| {
         for _ in 0..CALLS {
-            black_box(noise.advance());
+            black_box(noise.advance(&truth));
         }
     });
 }

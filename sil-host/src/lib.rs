@@ -5,12 +5,12 @@
 
 pub mod asset;
 pub mod campaign;
-pub mod cli;
+
 pub mod figure;
 pub mod log;
 pub mod page;
 pub mod pil;
-pub mod progress;
+
 pub mod replay3d;
 pub mod report;
 pub mod results;

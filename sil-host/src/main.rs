@@ -1,30 +1,55 @@
-//! Entry point: parses the command line and turns the outcome into an exit status.
+//! Entry point: parses the command line and turns the result into an exit status.
+
+mod cli;
 
 use std::process::ExitCode;
 
 use clap::Parser;
-use sil_host::campaign::{CampaignError, campaign, merge};
-use sil_host::cli::{Cli, Command, PilArguments, RunArguments, TuneArguments};
-use sil_host::pil::{PilError, pil};
+use cli::{Cli, Command};
+use sil_host::campaign::CampaignError;
+use sil_host::pil::PilError;
 use sil_host::report;
-use sil_host::run::{RunError, run};
-use sil_host::tune::{TuneError, tune};
+use sil_host::run::RunError;
+use sil_host::tune::TuneError;
 use sim::scenario::{BUILT_IN, BuiltIn};
 
 const VIOLATED: u8 = 1;
 const WRONG_USAGE: u8 = 2;
 const NOT_WRITTEN: u8 = 3;
 const VEHICLE_FAILED: u8 = 4;
+const WRONG_PROCESSOR: u8 = 5;
 
 fn main() -> ExitCode {
+    let missing = cli::missing_extensions();
+    if !missing.is_empty() {
+        eprintln!(
+            "error: this processor lacks {}, which the build uses; build for it with \
+             RUSTFLAGS=\"-C target-cpu=native\" cargo build --release -p sil-host",
+            missing.join(", ")
+        );
+        return ExitCode::from(WRONG_PROCESSOR);
+    }
+    execute()
+}
+
+/// Everything after the check of the processor, which must come before any code that it is about.
+#[inline(never)]
+fn execute() -> ExitCode {
     match Cli::parse().command {
         Command::List => list(),
         Command::Show { name } => show(&name),
-        Command::Run(arguments) => fly(&arguments),
-        Command::Pil(arguments) => fly_on_vehicle(&arguments),
-        Command::Campaign(arguments) => verdict(campaign(&arguments), campaign_failure),
-        Command::Merge(arguments) => verdict(merge(&arguments), campaign_failure),
-        Command::Tune(arguments) => propose(&arguments),
+        Command::Run(arguments) => status(cli::run(&arguments), run_failure),
+        Command::Pil(arguments) => status(cli::pil(&arguments), |error| match error {
+            PilError::Run(error) => run_failure(error),
+            _ => VEHICLE_FAILED,
+        }),
+        Command::Campaign(arguments) => status(cli::campaign(&arguments), campaign_failure),
+        Command::Merge(arguments) => status(cli::merge(&arguments), campaign_failure),
+        Command::Tune(arguments) => status(cli::tune(&arguments), |error| match error {
+            TuneError::Infeasible(_) => VIOLATED,
+            TuneError::Output(..) => NOT_WRITTEN,
+            TuneError::Request(_) | TuneError::Check(_) => WRONG_USAGE,
+        }),
     }
 }
 
@@ -35,31 +60,13 @@ fn list() -> ExitCode {
 
 fn show(name: &str) -> ExitCode {
     let Some(scenario) = BuiltIn::named(name) else {
-        let known: Vec<_> = BUILT_IN.iter().map(|scenario| scenario.name).collect();
-        eprintln!("error: no built-in scenario `{name}`; there are {}", known.join(", "));
+        let error = std::io::ErrorKind::NotFound.into();
+        let known = BUILT_IN.iter().map(|scenario| scenario.name);
+        eprintln!("error: {name}: {}", sim::scenario::not_found(name, &error, "scenarios", known));
         return ExitCode::from(WRONG_USAGE);
     };
     print!("{}", scenario.text);
     ExitCode::SUCCESS
-}
-
-fn fly(arguments: &RunArguments) -> ExitCode {
-    verdict(run(arguments), run_failure)
-}
-
-fn fly_on_vehicle(arguments: &PilArguments) -> ExitCode {
-    verdict(pil(arguments), |error| match error {
-        PilError::Run(error) => run_failure(error),
-        _ => VEHICLE_FAILED,
-    })
-}
-
-fn propose(arguments: &TuneArguments) -> ExitCode {
-    verdict(tune(arguments), |error| match error {
-        TuneError::Infeasible(_) => VIOLATED,
-        TuneError::Output(..) => NOT_WRITTEN,
-        TuneError::Request(_) | TuneError::Check(_) => WRONG_USAGE,
-    })
 }
 
 fn run_failure(error: &RunError) -> u8 {
@@ -76,7 +83,7 @@ fn campaign_failure(error: &CampaignError) -> u8 {
     }
 }
 
-fn verdict<E: std::fmt::Display>(result: Result<bool, E>, failure: impl Fn(&E) -> u8) -> ExitCode {
+fn status<E: std::fmt::Display>(result: Result<bool, E>, failure: impl Fn(&E) -> u8) -> ExitCode {
     match result {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(VIOLATED),

@@ -7,13 +7,13 @@ use serde_json::json;
 use crate::asset;
 use crate::figure::svg::escape;
 use crate::replay3d::Track;
-use crate::report::{Outcome, bound};
+use crate::report::{FlightReport, bound};
 use sim::guarantee::{Requirement, Verdict};
 use sim::number::number;
 
 /// The page of one flight; `figures` are SVG documents, `track` is what it replays.
 #[must_use]
-pub fn html(outcome: &Outcome, figures: &[String], track: &Track) -> String {
+pub fn html(outcome: &FlightReport, figures: &[String], track: &Track) -> String {
     let mut page = asset::beginning(&outcome.name, &outcome.description);
     for sentence in &outcome.broken_assumptions {
         let _ = writeln!(page, "<p class=\"fail\">Outside the theorem: {}.</p>", escape(sentence));
@@ -73,9 +73,9 @@ mod tests {
     use super::*;
     use sim::guarantee::verdict::Extreme;
 
-    fn outcome(observed: f64) -> Outcome {
+    fn outcome(observed: f64) -> FlightReport {
         let row = ("thrust <peak>", "(7)", "N");
-        Outcome {
+        FlightReport {
             name: "a-flight".to_owned(),
             description: "f & g".to_owned(),
             broken_assumptions: vec!["mass > m_hi".to_owned()],

@@ -11,7 +11,7 @@ use sim::scenario::{BUILT_IN, LoadedScenario};
 
 /// What came out of one flight.
 #[derive(Clone, Debug, Serialize)]
-pub struct Outcome {
+pub struct FlightReport {
     /// The scenario's name.
     pub name: String,
     /// The scenario's description.
@@ -28,7 +28,7 @@ pub struct Outcome {
     pub directory: PathBuf,
 }
 
-impl Outcome {
+impl FlightReport {
     /// Whether every guarantee held.
     #[must_use]
     pub fn passed(&self) -> bool {
@@ -43,7 +43,7 @@ const HEADINGS: [&str; 7] = ["", "guarantee", "bound", "observed", "margin", "un
 
 /// The table of guarantees of one flight; with `only_violated` nothing but violated rows.
 #[must_use]
-pub fn table(outcome: &Outcome, only_violated: bool) -> String {
+pub fn table(outcome: &FlightReport, only_violated: bool) -> String {
     let shown = |verdict: &&Verdict| !(only_violated && verdict.pass);
     let rows: Vec<_> = outcome.verdicts.iter().filter(shown).map(row).collect();
     if only_violated && rows.is_empty() {
@@ -113,7 +113,7 @@ pub(crate) fn aligned<const N: usize>(headings: &[String; N], rows: &[[String; N
 
 /// The outcomes of a run as JSON.
 #[must_use]
-pub fn json(outcomes: &[Outcome]) -> String {
+pub fn json(outcomes: &[FlightReport]) -> String {
     let scenarios: Vec<_> = outcomes
         .iter()
         .map(|outcome| {
@@ -122,7 +122,7 @@ pub fn json(outcomes: &[Outcome]) -> String {
             value
         })
         .collect();
-    let passed = outcomes.iter().all(Outcome::passed);
+    let passed = outcomes.iter().all(FlightReport::passed);
     format!("{:#}", serde_json::json!({ "passed": passed, "scenarios": scenarios }))
 }
 

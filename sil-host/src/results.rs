@@ -7,26 +7,25 @@ use std::path::{Path, PathBuf};
 use crate::figure::{Recorder, catalogue};
 use crate::page;
 use crate::replay3d::{FrameRecorder, Track};
-use crate::report::Outcome;
+use crate::report::FlightReport;
 use crate::trace::TraceWriter;
-use sim::closed_loop::Observer;
-use sim::guarantee::lyapunov::Evaluation;
-use sim::sample::Sample;
+use sim::observer::Observer;
 use sim::scenario::Scenario;
+use sim::tick::Tick;
 
 /// Frames that the page replays.
 const FRAMES: usize = 600;
 
-/// Results in the making.
+/// FlightResults in the making.
 #[derive(Debug)]
-pub struct Results {
+pub struct FlightResults {
     directory: PathBuf,
     trace: TraceWriter<File>,
     recorder: Recorder,
     frames: FrameRecorder,
 }
 
-impl Results {
+impl FlightResults {
     /// Makes `directory` and opens the trace in it, with a row every `every` ticks.
     ///
     /// # Errors
@@ -37,14 +36,6 @@ impl Results {
         let recorder = Recorder::new(scenario.duration, scenario.guarantees.settle_time);
         let frames = FrameRecorder::new(scenario.duration, FRAMES);
         Ok(Self { directory: directory.to_owned(), trace, recorder, frames })
-    }
-
-    /// Takes in one tick.
-    #[inline]
-    pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        self.trace.observe(sample, evaluation);
-        self.recorder.observe(sample, evaluation);
-        self.frames.observe(sample);
     }
 
     /// Completes the trace alone, without figures and page; returns its number of rows.
@@ -59,17 +50,26 @@ impl Results {
     ///
     /// # Errors
     /// The first that writing any file met.
-    pub fn finish(self, scenario: &Scenario, outcome: &Outcome) -> io::Result<()> {
+    pub fn finish(self, scenario: &Scenario, report: &FlightReport) -> io::Result<()> {
         self.trace.finish()?;
         let vehicle = scenario.vehicle.into();
         let figures = catalogue::figures(&self.recorder, &scenario.controller, &vehicle);
         let mut documents = Vec::with_capacity(figures.len());
         for figure in &figures {
-            let document = figure.svg(&outcome.name);
+            let document = figure.svg(&report.name);
             fs::write(self.directory.join(figure.name).with_extension("svg"), &document)?;
             documents.push(document);
         }
         let track = Track::new(&self.frames.finish());
-        fs::write(self.directory.join("index.html"), page::html(outcome, &documents, &track))
+        fs::write(self.directory.join("index.html"), page::html(report, &documents, &track))
+    }
+}
+
+impl Observer for FlightResults {
+    #[inline]
+    fn observe(&mut self, tick: &Tick) {
+        self.trace.observe(tick);
+        self.recorder.observe(tick);
+        self.frames.observe(tick);
     }
 }

@@ -1,30 +1,41 @@
-//! `run`: flies scenarios, checks their guarantees and writes their results.
+//! One flight before every monitor, with its results written.
 
 use std::fmt;
 use std::io;
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-use crate::cli::RunArguments;
-use crate::log::FlightLog;
-use crate::log::description::Description;
-use crate::progress::Progress;
-use crate::report::{self, Outcome};
-use crate::results::Results;
-use sim::closed_loop::Observer;
 use sim::guarantee::Guarantees;
-use sim::guarantee::lyapunov::Evaluator;
-use sim::sample::Sample;
+use sim::observer::Observer;
 use sim::scenario::{LoadedScenario, Scenario, ScenarioError};
+use sim::tick::Tick;
 
-/// Updates of the progress display in a flight.
+use crate::log::description::Description;
+use crate::log::{FlightLog, LogOptions};
+use crate::report::FlightReport;
+use crate::results::FlightResults;
+
+/// Calls of the progress callback per flight.
 const UPDATES: u64 = 100;
 
-/// Why a run could not be completed.
+/// Options for the results of a flight.
+#[derive(Clone, Debug)]
+pub struct FlightOptions {
+    /// Directory of results; each flight gets one below it, named after its scenario.
+    pub out: PathBuf,
+    /// Ticks per row of the trace.
+    pub trace_every: NonZeroU32,
+    /// Logs for other programs.
+    pub log: LogOptions,
+}
+
+/// Cause of a flight that could not be completed.
 #[derive(Clone, Debug)]
 pub enum RunError {
     /// A scenario cannot be read or flown.
     Scenario(ScenarioError),
-    /// Results cannot be written: where, and why.
+    /// Results cannot be written: path and reason.
     Output(PathBuf, String),
 }
 
@@ -45,120 +56,96 @@ impl From<ScenarioError> for RunError {
     }
 }
 
-/// Flies every scenario and prints what came out; whether every guarantee held.
-///
-/// # Errors
-/// All scenarios are read before the first is flown. See [`RunError`].
-pub fn run(arguments: &RunArguments) -> Result<bool, RunError> {
-    let changes = arguments.changes();
-    let scenarios = arguments
-        .scenarios()
-        .iter()
-        .map(|name| LoadedScenario::open(name, &changes))
-        .collect::<Result<Vec<_>, _>>()?;
-    let mut outcomes = Vec::with_capacity(scenarios.len());
-    for scenario in &scenarios {
-        let outcome = fly(scenario, arguments)?;
-        if !arguments.json {
-            print!("{}", report::table(&outcome, arguments.quiet));
-        }
-        outcomes.push(outcome);
-    }
-    if arguments.json {
-        println!("{}", report::json(&outcomes));
-    }
-    Ok(outcomes.iter().all(Outcome::passed))
-}
-
-/// Everything that watches a flight: monitors, trace and figures.
+/// The observers of a recorded flight: monitors, trace, figures and logs.
 #[derive(Debug)]
-pub struct Watch {
-    evaluator: Evaluator,
+pub struct FlightRecorder {
     guarantees: Guarantees,
-    results: Results,
+    results: FlightResults,
     log: Option<FlightLog>,
 }
 
-impl Watch {
-    /// Watches a flight of `scenario`; results go to `directory`, a row of the trace every
+impl FlightRecorder {
+    /// Observers of a flight of `scenario`; results go to `directory`, a row of the trace every
     /// `trace_every` ticks.
     ///
     /// # Errors
     /// When the results cannot be written.
     pub fn new(scenario: &Scenario, directory: &Path, trace_every: u64) -> io::Result<Self> {
         Ok(Self {
-            evaluator: Evaluator::new(&scenario.controller, &scenario.vehicle.into()),
-            guarantees: Guarantees::of(scenario),
-            results: Results::create(directory, scenario, trace_every)?,
+            guarantees: scenario.monitors(),
+            results: FlightResults::create(directory, scenario, trace_every)?,
             log: None,
         })
     }
 }
 
-impl Observer for Watch {
-    fn observe(&mut self, sample: &Sample) {
-        let evaluation = self.evaluator.evaluate(sample);
-        self.guarantees.observe(sample, &evaluation);
-        self.results.observe(sample, &evaluation);
-        if let Some(log) = &mut self.log {
-            log.observe(sample, &evaluation);
-        }
+impl Observer for FlightRecorder {
+    fn observe(&mut self, tick: &Tick) {
+        self.guarantees.observe(tick);
+        self.results.observe(tick);
+        self.log.observe(tick);
     }
 }
 
-/// Flies a scenario and writes its results below `arguments.out`.
-pub(crate) fn fly(loaded: &LoadedScenario, arguments: &RunArguments) -> Result<Outcome, RunError> {
-    let scenario = loaded.scenario();
+/// Flies a scenario and writes its results below `options.out`; `progress` receives the number of
+/// ticks flown since its last call.
+///
+/// # Errors
+/// See [`RunError`].
+pub fn fly(
+    loaded: &LoadedScenario,
+    options: &FlightOptions,
+    progress: &dyn Fn(u64),
+) -> Result<FlightReport, RunError> {
+    let ticks = loaded.scenario().ticks();
     let mut flight = loaded.flight()?;
-    let (outcome, ()) = watched(loaded, arguments, |watch, progress| {
-        let ticks = scenario.ticks();
+    let (report, ()) = recorded(loaded, options, |recorder| {
         let chunk = ticks.div_ceil(UPDATES).max(1);
         let mut flown = 0;
         while flown < ticks {
             let now = chunk.min(ticks - flown);
-            flight.advance(now, watch);
+            flight.observe(now, recorder);
             flown += now;
-            progress.advance(now);
+            progress(now);
         }
         Ok::<_, RunError>(())
     })?;
-    Ok(outcome)
+    Ok(report)
 }
 
-/// Has `fly` fly a scenario in front of every monitor, and writes its results.
+/// Calls `fly` with the observers of a recorded flight, and writes the results.
 ///
 /// # Errors
 /// When the results cannot be written, and those of `fly`.
-pub(crate) fn watched<T, E: From<RunError>>(
+pub(crate) fn recorded<T, E: From<RunError>>(
     loaded: &LoadedScenario,
-    arguments: &RunArguments,
-    fly: impl FnOnce(&mut Watch, &Progress) -> Result<T, E>,
-) -> Result<(Outcome, T), E> {
+    options: &FlightOptions,
+    fly: impl FnOnce(&mut FlightRecorder) -> Result<T, E>,
+) -> Result<(FlightReport, T), E> {
     let scenario = loaded.scenario();
-    let directory = arguments.out.join(&scenario.name);
+    let directory = options.out.join(&scenario.name);
     let unwritable = |error: io::Error| RunError::Output(directory.clone(), error.to_string());
-    let trace_every = u64::from(arguments.trace_every.get());
-    let mut watch = Watch::new(scenario, &directory, trace_every).map_err(unwritable)?;
-    if !arguments.log.formats.is_empty() {
+    let trace_every = u64::from(options.trace_every.get());
+    let recorder = FlightRecorder::new(scenario, &directory, trace_every);
+    let mut recorder = recorder.map_err(unwritable)?;
+    if !options.log.formats.is_empty() {
         let description = Description::new(loaded).map_err(RunError::Scenario)?;
-        let log = FlightLog::create(&arguments.log, &description, &directory);
-        watch.log = Some(log.map_err(unwritable)?);
+        let log = FlightLog::create(&options.log, &description, &directory);
+        recorder.log = Some(log.map_err(unwritable)?);
     }
-    let ticks = scenario.ticks();
-    let progress = Progress::new(&scenario.name, ticks, scenario.duration, arguments.quiet);
-    progress.message("flying");
-    let flown = fly(&mut watch, &progress)?;
-    let outcome = Outcome {
+    let started = Instant::now();
+    let flown = fly(&mut recorder)?;
+    let report = FlightReport {
         name: scenario.name.clone(),
         description: scenario.description.clone(),
         broken_assumptions: scenario.broken_assumptions(),
-        verdicts: watch.guarantees.verdicts(),
+        verdicts: recorder.guarantees.verdicts(),
         flight_time: scenario.duration,
-        wall_time: progress.finish().as_secs_f64(),
+        wall_time: started.elapsed().as_secs_f64(),
         directory: directory.clone(),
     };
-    let Watch { results, log, .. } = watch;
-    results.finish(scenario, &outcome).map_err(unwritable)?;
-    log.map_or(Ok(()), |log| log.finish(&outcome.verdicts)).map_err(unwritable)?;
-    Ok((outcome, flown))
+    let FlightRecorder { results, log, .. } = recorder;
+    results.finish(scenario, &report).map_err(unwritable)?;
+    log.map_or(Ok(()), |log| log.finish(&report.verdicts)).map_err(unwritable)?;
+    Ok((report, flown))
 }

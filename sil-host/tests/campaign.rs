@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use sil_host::campaign::{BuiltInCampaign, Campaign, MEASURES, Outcome, Results, Row};
+use sil_host::campaign::{
+    BuiltInCampaign, Campaign, CampaignOverrides, CampaignResults, MEASURES, Row, RunOutcome,
+};
 
 /// Short flights of both controllers that hold what is judged.
 const PAIR: &str = r#"
@@ -102,13 +104,14 @@ fn assert_same_files(one: &Path, other: &Path) {
 }
 
 fn rows(directory: &Path) -> Vec<Row> {
-    let results = Results::open(directory).unwrap_or_else(|error| panic!("{error}"));
+    let results = CampaignResults::open(directory).unwrap_or_else(|error| panic!("{error}"));
     let rows = results.rows().unwrap_or_else(|error| panic!("{error}"));
     rows.map(|row| row.unwrap_or_else(|error| panic!("{error}"))).collect()
 }
 
 fn parse(text: &str) -> Result<Campaign, String> {
-    Campaign::parse("my.toml", text, Path::new(""), &[], &[]).map_err(|error| error.to_string())
+    Campaign::parse("my.toml", text, Path::new(""), &CampaignOverrides::default(), &[])
+        .map_err(|error| error.to_string())
 }
 
 /// The message for [`PAIR`] with one piece of its text replaced.
@@ -136,10 +139,10 @@ fn a_run_has_a_row_in_every_variant_with_the_same_values() {
         assert!((0.7..=1.0).contains(&mass) && (0.0..=2.0).contains(&tilt));
         assert!(j1 <= j2 + j3 && j2 <= j3 + j1 && j3 <= j1 + j2);
         assert!(noise == 0.03 || noise == 0.05);
-        assert!(pair.iter().all(|row| row.outcome == Outcome::Held), "{pair:?}");
+        assert!(pair.iter().all(|row| row.outcome == RunOutcome::Held), "{pair:?}");
     }
     // `also` reached the torque limit of the second variant: its guarantee knows it.
-    let results = Results::open(&directory.join("out/pair")).expect("results");
+    let results = CampaignResults::open(&directory.join("out/pair")).expect("results");
     let guarantees = results.campaign().guarantees();
     let peak = guarantees.iter().position(|it| it.key == "torque_about_y_peak").expect("a column");
     let bounds = rows.iter().filter(|row| row.variant == 1).map(|row| {
@@ -248,7 +251,7 @@ fn a_run_is_repeated_by_its_seed_alone() {
     let output = sil_host(&directory, &[&only[..], &["--json"]].concat());
     assert!(output.status.success(), "{}", complaint(&output));
     assert!(directory.join("out/pair/seed-117/second/trace.csv").exists());
-    let results = Results::open(&directory.join("out/pair")).expect("results");
+    let results = CampaignResults::open(&directory.join("out/pair")).expect("results");
     let guarantees = results.campaign().guarantees();
     let observed = |output: &Output| -> Vec<Option<f64>> {
         let value: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -318,13 +321,13 @@ linspace = { lower = 0.04, upper = 0.14, levels = 2 }
         let outside = row.parameters[2] > 0.12;
         match (row.parameters[0] > 180.0, row.parameters[1] > 3.0) {
             (true, _) => {
-                assert_eq!(row.outcome, Outcome::Refused);
+                assert_eq!(row.outcome, RunOutcome::Refused);
                 assert!(row.reason.ends_with("initial.tilt_deg: 190 must be in [0, 180] deg"));
                 assert!(row.measures == vec![None; MEASURES.len()]);
             }
-            (false, true) => assert_eq!((row.outcome, row.reason.as_str()), (Outcome::Held, "")),
+            (false, true) => assert_eq!((row.outcome, row.reason.as_str()), (RunOutcome::Held, "")),
             (false, false) => {
-                assert_eq!(row.outcome, Outcome::Violated);
+                assert_eq!(row.outcome, RunOutcome::Violated);
                 assert_eq!(row.reason, "position error after settling");
                 assert_eq!(row.assumptions_kept, !outside);
             }
@@ -447,7 +450,7 @@ fn built_in_campaigns_are_valid_and_listed() {
     let output = sil_host(&directory, &["campaign", "--list"]);
     let listed = String::from_utf8(output.stdout).expect("UTF-8");
     for built_in in BuiltInCampaign::ALL {
-        let campaign = Campaign::open(built_in.name, &[], &[]);
+        let campaign = Campaign::open(built_in.name, &CampaignOverrides::default(), &[]);
         let campaign = campaign.unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(campaign.name(), built_in.name);
         assert!(listed.contains(&format!("{}  ", built_in.name)), "{listed}");

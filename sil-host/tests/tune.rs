@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use ctrl_core::controller::ControllerConfig;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -13,12 +14,11 @@ use sil_host::tune::design::{accept, audit, with_margin};
 use sil_host::tune::proposal::Proposal;
 use sil_host::tune::request::{Request, WantedOptions};
 use sil_host::tune::survey::Which;
-use sim::closed_loop::Observer;
-use sim::guarantee::lyapunov::Evaluator;
 use sim::guarantee::tracking::rotation_angle;
 use sim::guarantee::{Guarantees, Requirement};
-use sim::sample::Sample;
-use sim::scenario::{BUILT_IN, ControllerConfig, LoadedScenario};
+use sim::observer::Observer;
+use sim::scenario::{BUILT_IN, LoadedScenario};
+use sim::tick::Tick;
 
 /// A vehicle of 20 kg with a fourfold interval of inertia.
 const HEAVY: &str = "
@@ -185,13 +185,12 @@ struct Errors {
 }
 
 impl Observer for Errors {
-    fn observe(&mut self, sample: &Sample) {
-        if sample.time < self.from {
+    fn observe(&mut self, tick: &Tick) {
+        if tick.time < self.from {
             return;
         }
-        let seen = &sample.intermediates;
-        let position =
-            sample.truth.position_world.distance(sample.reference.position_world.as_dvec3());
+        let seen = &tick.intermediates;
+        let position = tick.truth.position_world.distance(tick.reference.position_world.as_dvec3());
         let errors = [
             position,
             rotation_angle(seen.attitude_error.as_dquat()),
@@ -216,7 +215,7 @@ fn predicted_bounds_hold_what_is_observed() {
         for variant in campaign.variants() {
             let loaded = campaign.scenario(5, variant).expect("flies");
             let mut errors = Errors { from: proposal.settle_time, ..Errors::default() };
-            loaded.flight().expect("flies").advance(loaded.scenario().ticks(), &mut errors);
+            loaded.flight().expect("flies").observe(loaded.scenario().ticks(), &mut errors);
             let (mean, peak) = (proposal.ultimate.mean, proposal.ultimate.peak);
             let peaks = [peak.position, peak.attitude, peak.rate_error];
             let means = [mean.position, mean.attitude, mean.rate_error];
@@ -276,7 +275,6 @@ fn assert_short_hover(proposal: &Proposal) {
     let loaded = LoadedScenario::parse("hover", &proposal.scenario(), &changes).expect("flies");
     let scenario = loaded.scenario();
     let parameters = scenario.vehicle.into();
-    let mut evaluator = Evaluator::new(&scenario.controller, &parameters);
     let mut monitors = Guarantees::new(
         &scenario.guarantees,
         &scenario.controller,
@@ -284,12 +282,11 @@ fn assert_short_hover(proposal: &Proposal) {
         &scenario.actuation,
     );
     let mut farthest = 0.0_f64;
-    let mut watch = Watch(|sample: &Sample| {
-        let evaluation = evaluator.evaluate(sample);
-        farthest = farthest.max(evaluation.position_error.length());
-        monitors.observe(sample, &evaluation);
+    let mut watch = Watch(|tick: &Tick| {
+        farthest = farthest.max(tick.evaluation.position_error.length());
+        monitors.observe(tick);
     });
-    loaded.flight().expect("flies").advance(scenario.ticks(), &mut watch);
+    loaded.flight().expect("flies").observe(scenario.ticks(), &mut watch);
     for verdict in monitors.verdicts() {
         let settled = verdict.name.ends_with("after settling");
         let information = verdict.requirement == Requirement::Information;
@@ -300,9 +297,9 @@ fn assert_short_hover(proposal: &Proposal) {
 
 struct Watch<F>(F);
 
-impl<F: FnMut(&Sample)> Observer for Watch<F> {
-    fn observe(&mut self, sample: &Sample) {
-        (self.0)(sample);
+impl<F: FnMut(&Tick)> Observer for Watch<F> {
+    fn observe(&mut self, tick: &Tick) {
+        (self.0)(tick);
     }
 }
 

@@ -2,7 +2,8 @@
 //! plant's truth.
 
 use ctrl_core::config::Checkpoint;
-use ctrl_core::controller::{Auxiliary, TrackingController};
+use ctrl_core::controller::ControllerConfig;
+use ctrl_core::controller::{Auxiliary, AdaptiveController};
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
@@ -12,7 +13,7 @@ use sil_host::tune::request::{Request, WantedOptions};
 use sil_host::tune::{design::design, pole::Pole};
 use sim::plant::rigid_body::RigidBody;
 use sim::plant::{Disturbance, PlantParameters, PlantState};
-use sim::scenario::{ControllerConfig, LoadedScenario};
+use sim::scenario::LoadedScenario;
 
 /// What moves at hover.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +58,7 @@ fn fly(
     }
 }
 
-fn flown<C: TrackingController>(
+fn flown<C: AdaptiveController>(
     controller: &C,
     mut memory: C::State,
     corner: &Corner,
@@ -194,7 +195,7 @@ fn assert_column(
         assert!(
             error <= tolerance,
             "{} {axis:?} {corner:?}: row {row}, column {column}: {} is not {expected}",
-            law.kind(),
+            law.key(),
             found[row]
         );
     }
@@ -219,7 +220,7 @@ fn step_responses_follow_the_sampled_matrix() {
                     assert!(
                         error <= 0.02 * step,
                         "{} {axis:?} {corner:?} tick {tick}: {} is not {}",
-                        law.kind(),
+                        law.key(),
                         seen.x,
                         x.x
                     );
@@ -252,7 +253,7 @@ fn dominant_poles_are_seen_in_the_flight() {
         assert!(scale > 1e-4 * step, "nothing left to see");
         for tick in begin..begin + span {
             let left = e(tick + 2 * span) - sum * e(tick + span) + product * e(tick);
-            assert!(left.abs() < 0.03 * scale, "{}: {left:e} of {scale:e}", law.kind());
+            assert!(left.abs() < 0.03 * scale, "{}: {left:e} of {scale:e}", law.key());
         }
     }
 }

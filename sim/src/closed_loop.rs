@@ -1,142 +1,103 @@
-//! Controller and plant in closed loop, one control tick after the other.
+//! Controller and vehicle in closed loop, one control tick after the other.
 
-use ctrl_core::controller::{Intermediates, TrackingController};
+use ctrl_core::controller::{
+    AdaptiveController, Auxiliary, Estimates, Intermediates, StepOutput, TrackingController,
+};
+use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::Trajectory;
-use ctrl_core::vehicle::Wrench;
+use ctrl_core::vehicle::VehicleState;
 
-use crate::plant::actuation::Actuators;
-use crate::plant::disturbance::DisturbanceProcess;
-use crate::plant::rigid_body::RigidBody;
-use crate::plant::{AppliedWrench, PlantState};
-use crate::sample::Sample;
+use crate::evaluation::Evaluation;
+use crate::guarantee::lyapunov::Evaluator;
+use crate::observer::Observer;
+use crate::plant::PlantState;
+use crate::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
+use crate::plant::vehicle::{Plant, Vehicle};
+use crate::tick::Tick;
 
-/// Sees every tick of a flight.
-pub trait Observer {
-    /// Whether [`observe`](Self::observe) wants samples at all; without, none is put together.
-    const ACTIVE: bool = true;
-
-    /// Called once a tick, in order, before the plant moves on.
-    fn observe(&mut self, sample: &Sample);
+/// Quantities of a law of the paper at one step.
+#[derive(Clone, Copy, Debug)]
+pub struct LawQuantities {
+    /// Estimates before the step's update.
+    pub estimates: Estimates,
+    /// Auxiliary system before the step's update.
+    pub auxiliary: Auxiliary,
+    /// Every intermediate quantity; all zero when the output was held.
+    pub intermediates: Intermediates,
 }
 
-/// Sees nothing: the flight runs at full speed.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Unobserved;
-
-impl Observer for Unobserved {
-    const ACTIVE: bool = false;
-
+/// A controller in a flight with observers.
+///
+/// Controllers of the paper show their estimates and intermediate quantities. For a controller of your
+/// own an empty `impl` is enough: its ticks carry none.
+pub trait ObservedController: TrackingController {
+    /// Performs one step; the quantities of the law, if it has any.
     #[inline]
-    fn observe(&mut self, _: &Sample) {}
-}
-
-impl<O: Observer> Observer for &mut O {
-    const ACTIVE: bool = O::ACTIVE;
-
-    #[inline]
-    fn observe(&mut self, sample: &Sample) {
-        (**self).observe(sample);
+    fn step_with_quantities(
+        &self,
+        state: &mut Self::State,
+        vehicle: &VehicleState,
+        reference: &Reference,
+    ) -> (StepOutput, Option<LawQuantities>) {
+        (self.step(state, vehicle, reference), None)
     }
 }
 
-impl<A: Observer, B: Observer> Observer for (A, B) {
-    const ACTIVE: bool = A::ACTIVE || B::ACTIVE;
-
+impl<C: AdaptiveController> ObservedController for C {
     #[inline]
-    fn observe(&mut self, sample: &Sample) {
-        self.0.observe(sample);
-        self.1.observe(sample);
+    fn step_with_quantities(
+        &self,
+        state: &mut Self::State,
+        vehicle: &VehicleState,
+        reference: &Reference,
+    ) -> (StepOutput, Option<LawQuantities>) {
+        let mut quantities = LawQuantities {
+            estimates: self.estimates(state),
+            auxiliary: self.auxiliary(state),
+            intermediates: Intermediates::default(),
+        };
+        let output =
+            self.step_observed(state, vehicle, reference, |seen| quantities.intermediates = *seen);
+        (output, Some(quantities))
     }
 }
 
-/// A flight in progress: a controller, where it flies, and the vehicle that it flies.
+/// A flight in progress: a controller, its trajectory, the plant and what disturbs it.
 #[derive(Clone, Debug)]
-pub struct Flight<C: TrackingController, T> {
+pub struct Flight<C: TrackingController, T, P = Vehicle, D = DisturbanceProcess> {
     controller: C,
     state: C::State,
     trajectory: T,
-    body: RigidBody,
-    /// None: every command acts at once and exactly.
-    actuators: Option<Actuators>,
-    disturbance: DisturbanceProcess,
-    truth: PlantState,
+    plant: P,
+    disturbance: D,
+    evaluator: Option<Evaluator>,
     tick: u64,
 }
 
-impl<C: TrackingController, T: Trajectory> Flight<C, T> {
-    /// Puts a vehicle in the state `truth` at tick zero. `body`, `disturbance`, `trajectory` and
-    /// `controller` must have the same step period.
-    pub fn new(
-        controller: C,
-        trajectory: T,
-        body: RigidBody,
-        disturbance: DisturbanceProcess,
-        truth: PlantState,
-    ) -> Self {
+impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Flight<C, T, P, D> {
+    /// A flight at tick zero. Controller, trajectory, plant and disturbance must have the same step
+    /// period.
+    pub fn new(controller: C, trajectory: T, plant: P, disturbance: D) -> Self {
         let state = controller.initial_state();
-        let actuators = None;
-        Self { controller, state, trajectory, body, actuators, disturbance, truth, tick: 0 }
+        Self { controller, state, trajectory, plant, disturbance, evaluator: None, tick: 0 }
     }
 
-    /// Puts `actuators` between controller and vehicle; without, every command acts at once and exactly.
+    /// Adds the Lyapunov evaluation of a law of the paper to the observed ticks.
     #[must_use]
-    pub fn with_actuators(self, actuators: Option<Actuators>) -> Self {
-        Self { actuators, ..self }
+    pub fn with_evaluator(self, evaluator: Evaluator) -> Self {
+        Self { evaluator: Some(evaluator), ..self }
     }
 
-    /// Flies `ticks` control ticks; `observer` sees each of them.
-    pub fn advance<O: Observer>(&mut self, ticks: u64, observer: &mut O) {
+    /// Flies `ticks` control ticks at full speed, without observer.
+    pub fn advance(&mut self, ticks: u64) {
         for _ in 0..ticks {
-            self.step(observer);
-        }
-    }
-
-    /// One control tick: the law, then the plant under its held wrench.
-    #[inline]
-    fn step<O: Observer>(&mut self, observer: &mut O) {
-        let reference = self.trajectory.reference(self.tick);
-        let measured = self.truth.measured();
-        let disturbance = self.disturbance.advance();
-        let output = if O::ACTIVE {
-            let estimates = self.controller.estimates(&self.state);
-            let auxiliary = self.controller.auxiliary(&self.state);
-            let mut intermediates = Intermediates::default();
-            let output =
-                self.controller.step_observed(&mut self.state, &measured, &reference, |seen| {
-                    intermediates = *seen;
-                });
-            let applied = self.take(&output.wrench);
-            observer.observe(&Sample {
-                tick: self.tick,
-                time: self.time(),
-                truth: self.truth,
-                reference,
-                output,
-                applied,
-                intermediates,
-                estimates,
-                auxiliary,
-                disturbance,
-            });
-            output
-        } else {
+            let reference = self.trajectory.reference(self.tick);
+            let measured = self.plant.truth().measured();
+            let disturbance = self.disturbance.advance(self.plant.truth());
             let output = self.controller.step(&mut self.state, &measured, &reference);
-            self.take(&output.wrench);
-            output
-        };
-        self.truth = match &mut self.actuators {
-            None => self.body.advance(&self.truth, &output.wrench, &disturbance),
-            Some(actuators) => actuators.advance(&self.body, &self.truth, &disturbance),
-        };
-        self.tick += 1;
-    }
-
-    /// Gives the command to the actuators; what acts now.
-    #[inline]
-    fn take(&mut self, command: &Wrench) -> AppliedWrench {
-        match &mut self.actuators {
-            None => AppliedWrench::from(*command),
-            Some(actuators) => actuators.take(command),
+            self.plant.command(&output.wrench);
+            self.plant.advance(&disturbance);
+            self.tick += 1;
         }
     }
 
@@ -155,12 +116,58 @@ impl<C: TrackingController, T: Trajectory> Flight<C, T> {
     /// The plant's state now.
     #[must_use]
     pub fn truth(&self) -> &PlantState {
-        &self.truth
+        self.plant.truth()
     }
 
     /// The controller.
     #[must_use]
     pub fn controller(&self) -> &C {
         &self.controller
+    }
+}
+
+impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Flight<C, T, P, D> {
+    /// Flies `ticks` control ticks; `observer` receives each of them.
+    pub fn observe<O: Observer + ?Sized>(&mut self, ticks: u64, observer: &mut O) {
+        for _ in 0..ticks {
+            self.observed_step(observer);
+        }
+    }
+
+    /// One control tick: the law, then the plant under its held wrench.
+    #[inline]
+    fn observed_step<O: Observer + ?Sized>(&mut self, observer: &mut O) {
+        let reference = self.trajectory.reference(self.tick);
+        let truth = *self.plant.truth();
+        let disturbance = self.disturbance.advance(&truth);
+        let (output, quantities) =
+            self.controller.step_with_quantities(&mut self.state, &truth.measured(), &reference);
+        let applied = self.plant.command(&output.wrench);
+        let mut tick = Tick {
+            tick: self.tick,
+            time: self.time(),
+            truth,
+            reference,
+            output,
+            applied,
+            law: quantities.is_some(),
+            intermediates: Intermediates::default(),
+            estimates: Estimates::NONE,
+            auxiliary: Auxiliary::REST,
+            disturbance,
+            evaluation: Evaluation::default(),
+        };
+        if let Some(quantities) = quantities {
+            tick.intermediates = quantities.intermediates;
+            tick.estimates = quantities.estimates;
+            tick.auxiliary = quantities.auxiliary;
+        }
+        match &mut self.evaluator {
+            Some(evaluator) => tick.evaluation = evaluator.evaluate(&tick),
+            None => tick.evaluation.position_error = tick.position_error(),
+        }
+        observer.observe(&tick);
+        self.plant.advance(&disturbance);
+        self.tick += 1;
     }
 }

@@ -3,14 +3,14 @@
 
 use ctrl_core::vehicle::{GRAVITY, Wrench};
 use glam::{DQuat, DVec3, Vec3};
-use sim::closed_loop::{Observer, Unobserved};
 use sim::guarantee::lyapunov::Evaluator;
 use sim::guarantee::{Guarantees, Requirement, Verdict};
+use sim::observer::Observer;
 use sim::plant::actuation::{ActuationConfig, Actuators};
 use sim::plant::rigid_body::RigidBody;
 use sim::plant::{AppliedWrench, Disturbance, PlantParameters, PlantState};
-use sim::sample::Sample;
 use sim::scenario::{BUILT_IN, LoadedScenario};
+use sim::tick::Tick;
 
 const BODY: PlantParameters = PlantParameters { mass: 0.85, inertia: DVec3::new(0.03, 0.05, 0.1) };
 const CALM: Disturbance = Disturbance { acceleration_world: DVec3::ZERO, torque_body: DVec3::ZERO };
@@ -64,7 +64,7 @@ fn limits_that_never_act_change_no_bit() {
             let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
             let loaded = LoadedScenario::open(built_in.name, &changes).expect("valid");
             let mut flight = loaded.flight().expect("valid");
-            flight.advance(1_000, &mut Unobserved);
+            flight.advance(1_000);
             *flight.truth()
         };
         let far = "actuation={thrust_max=1000, torque_max=1000}";
@@ -159,18 +159,16 @@ fn runge_kutta_keeps_its_fourth_order_under_a_lag() {
 
 /// What acts at each tick of a flight, and its verdicts.
 struct Watch {
-    evaluator: Evaluator,
     guarantees: Guarantees,
     applied: Vec<AppliedWrench>,
     commanded: Vec<AppliedWrench>,
 }
 
 impl Observer for Watch {
-    fn observe(&mut self, sample: &Sample) {
-        let evaluation = self.evaluator.evaluate(sample);
-        self.guarantees.observe(sample, &evaluation);
-        self.applied.push(sample.applied);
-        self.commanded.push(sample.output.wrench.into());
+    fn observe(&mut self, tick: &Tick) {
+        self.guarantees.observe(tick);
+        self.applied.push(tick.applied);
+        self.commanded.push(tick.output.wrench.into());
     }
 }
 
@@ -178,13 +176,9 @@ fn watched(name: &str, changes: &[&str], ticks: u64) -> Watch {
     let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
     let loaded = LoadedScenario::open(name, &changes).unwrap_or_else(|error| panic!("{error}"));
     let scenario = loaded.scenario();
-    let mut watch = Watch {
-        evaluator: Evaluator::new(&scenario.controller, &scenario.vehicle.into()),
-        guarantees: Guarantees::of(scenario),
-        applied: Vec::new(),
-        commanded: Vec::new(),
-    };
-    loaded.flight().expect("valid").advance(ticks, &mut watch);
+    let mut watch =
+        Watch { guarantees: scenario.monitors(), applied: Vec::new(), commanded: Vec::new() };
+    loaded.flight().expect("valid").observe(ticks, &mut watch);
     watch
 }
 
@@ -231,13 +225,9 @@ fn limits_do_not_hide_a_broken_balance() {
     let loaded = LoadedScenario::open("paper-robust-adaptive", &changes).expect("valid");
     let mut scenario = loaded.scenario().clone();
     scenario.actuation.torque_max = Some(10.0);
-    let mut watch = Watch {
-        evaluator: Evaluator::new(&scenario.controller, &scenario.vehicle.into()),
-        guarantees: Guarantees::of(&scenario),
-        applied: Vec::new(),
-        commanded: Vec::new(),
-    };
-    loaded.flight().expect("valid").advance(2_000, &mut watch);
+    let mut watch =
+        Watch { guarantees: scenario.monitors(), applied: Vec::new(), commanded: Vec::new() };
+    loaded.flight().expect("valid").observe(2_000, &mut watch);
     assert!(!row(&watch.guarantees.verdicts(), "V rises beyond its balance").pass);
 }
 

@@ -4,7 +4,7 @@
 use ctrl_core::vehicle::{GRAVITY, Wrench};
 use glam::{DQuat, DVec3, Vec3};
 use sim::plant::disturbance::{
-    Constant, DisturbanceConfig, DisturbanceProcess, Gust, Noise, Sinusoid,
+    Constant, DisturbanceConfig, DisturbanceProcess, DisturbanceSource, Gust, Noise, Sinusoid,
 };
 use sim::plant::rigid_body::RigidBody;
 use sim::plant::{Disturbance, PlantParameters, PlantState};
@@ -130,7 +130,7 @@ fn every_disturbance() -> DisturbanceConfig {
 
 fn sequence(config: &DisturbanceConfig, seed: u64) -> Vec<Disturbance> {
     let mut process = DisturbanceProcess::new(config, seed, 1e-3);
-    (0..20_000).map(|_| process.advance()).collect()
+    (0..20_000).map(|_| process.advance(&tumbling())).collect()
 }
 
 #[test]
@@ -168,7 +168,7 @@ fn an_added_gust_leaves_the_noise_as_it_was() {
 fn noise_is_pinned_to_the_bit() {
     let noise = Noise { acceleration: 1.0, torque: 1.0 };
     let config = DisturbanceConfig { noise: Some(noise), ..Default::default() };
-    let first = DisturbanceProcess::new(&config, 0, 1e-3).advance();
+    let first = DisturbanceProcess::new(&config, 0, 1e-3).advance(&tumbling());
     // Xoshiro256++ from SplitMix64(0): 0x53175d61490b23df, 0x61da6f3dc380d507, ...
     let halves = [0x490b_23df_u32, 0x5317_5d61, 0xc380_d507, 0x61da_6f3d];
     let expected = halves.map(|bits| f64::from(bits as i32) / 2f64.powi(31));

@@ -1,6 +1,5 @@
 //! Scenarios: what is built in is valid, and every fault is named with its place.
 
-use sim::closed_loop::Unobserved;
 use sim::scenario::{BUILT_IN, BuiltIn, LoadedScenario, Scenario};
 
 fn text_of(name: &str) -> &'static str {
@@ -50,7 +49,7 @@ fn flights_repeat_to_the_bit_with_their_seed_only() {
         let change = [format!("seed={seed}")];
         let loaded = LoadedScenario::open("paper-robust-adaptive", &change).expect("valid");
         let mut flight = loaded.flight().expect("valid");
-        flight.advance(2_000, &mut Unobserved);
+        flight.advance(2_000);
         *flight.truth()
     };
     assert_eq!(end(1), end(1));

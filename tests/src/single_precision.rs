@@ -2,7 +2,7 @@
 //! intermediate quantity of its step under the names of the golden file.
 
 use ctrl_core::config::{CascadeGains, Checkpoint, RobustAdaptiveConfig, SaturatedConfig};
-use ctrl_core::controller::{Auxiliary, Intermediates, StepOutput, TrackingController};
+use ctrl_core::controller::{AdaptiveController, Auxiliary, Intermediates, StepOutput};
 use ctrl_core::error::ConfigError;
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
@@ -173,7 +173,7 @@ pub fn observe(
 }
 
 /// A step and what its observer saw; nothing when the step held its output.
-pub fn observed_step<C: TrackingController>(
+pub fn observed_step<C: AdaptiveController>(
     controller: &C,
     state: &mut C::State,
     vehicle: &VehicleState,

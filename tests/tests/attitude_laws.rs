@@ -1,6 +1,7 @@
 //! Laws of rotations in the core: conventions against the transcription, both signs of a quaternion
 //! alike, and the short way round.
 
+use ctrl_core::controller::AdaptiveController;
 use ctrl_core::controller::TrackingController;
 use ctrl_core::rotation::{from_axes, inverse_mul, quaternion_rate, renormalised};
 use ctrl_core::vehicle::{VehicleState, Wrench};
@@ -62,7 +63,7 @@ fn renormalising_finds_the_unit_quaternion() {
 }
 
 /// One flight of the core; `report` may change what the controller is told of the attitude.
-fn flight<C: TrackingController>(
+fn flight<C: AdaptiveController>(
     controller: &C,
     tilt: f64,
     mut report: impl FnMut(Quat) -> Quat,
@@ -82,7 +83,7 @@ fn flight<C: TrackingController>(
     wrenches
 }
 
-fn flies_alike_through_both_signs<C: TrackingController>(controller: &C) {
+fn flies_alike_through_both_signs<C: AdaptiveController>(controller: &C) {
     for (seed, tilt) in (5..).zip([0.0, 0.7, 1.5, 2.3, 3.0]) {
         let mut source = Source::new(seed);
         let plain = flight(controller, tilt, |q| q);
@@ -127,7 +128,7 @@ fn hover(yaw: f64) -> ReferencePoint {
 
 /// What attitude control alone does from rest: the angle to the desired attitude at every tick (rad).
 /// Position and velocity are put back after each tick, so that the desired attitude stands still.
-fn turning<C: TrackingController>(controller: &C, yaw: f64, from: DQuat, ticks: u32) -> Vec<f64> {
+fn turning<C: AdaptiveController>(controller: &C, yaw: f64, from: DQuat, ticks: u32) -> Vec<f64> {
     let reference = reference(&hover(yaw));
     let desired = DQuat::from_rotation_z(yaw);
     let mut memory = controller.initial_state();
@@ -166,7 +167,7 @@ fn pairs() -> Vec<(f64, DQuat)> {
 
 /// The angle falls to (nearly) nothing and on the way never rises by more than an overshoot, which
 /// the wrong inertia estimate costs: no turn the long way round.
-fn turns_the_short_way<C: TrackingController>(controller: &C) {
+fn turns_the_short_way<C: AdaptiveController>(controller: &C) {
     for (yaw, from) in pairs() {
         let angles = turning(controller, yaw, from, 4000);
         let (mut least, mut rise) = (angles[0], 0.0f64);

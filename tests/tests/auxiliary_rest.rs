@@ -1,12 +1,13 @@
 //! The auxiliary system of controller 2 near rest: what saturation takes from a torque, however
 //! little, enters `w_a` (39); without saturation a decayed system comes to rest.
 
+use ctrl_core::controller::ControllerConfig;
 use ctrl_core::controller::{Auxiliary, TrackingController};
 use ctrl_core::reference::Reference;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::vehicle::VehicleState;
 use glam::Vec3;
-use sim::scenario::{ControllerConfig, LoadedScenario};
+use sim::scenario::LoadedScenario;
 
 fn controller() -> Saturated {
     let loaded = LoadedScenario::open("paper-saturated", &[]).unwrap();

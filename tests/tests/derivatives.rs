@@ -6,6 +6,7 @@
 //! the two still differ in first order of the tick: little in gentle flight, and half as much at half
 //! the tick in a violent start.
 
+use ctrl_core::controller::AdaptiveController;
 use ctrl_core::controller::TrackingController;
 use ctrl_core::vehicle::Wrench;
 use glam::DVec3;
@@ -100,7 +101,7 @@ fn by_core(law: Law, flight: Flight, dt: f64) -> Vec<Quantities> {
     }
 }
 
-fn by_controller<C: TrackingController>(
+fn by_controller<C: AdaptiveController>(
     controller: &C,
     mut memory: C::State,
     flight: Flight,

@@ -1,7 +1,7 @@
 //! Guarantees of both controllers over a grid of vehicles, starts, disturbances and step rates; the
 //! grid and its margins are in `docs/verification.md`. The feature `exhaustive` flies more of it.
 
-use sim::scenario::ControllerConfig;
+use ctrl_core::controller::ControllerConfig;
 use system_tests::grid::{Case, Kind, Ranges, check, corners, fly_all, sample};
 
 /// How many times the everyday number of flights.

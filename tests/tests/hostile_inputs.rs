@@ -1,6 +1,7 @@
 //! Whatever the input and its order: no panic, a finite wrench inside its bounds, estimates inside
 //! their sets and unmoved by refused input, and a good step right after.
 
+use ctrl_core::controller::AdaptiveController;
 use ctrl_core::controller::{Estimates, StepOutput, StepStatus, TrackingController};
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
@@ -101,7 +102,7 @@ fn inside_their_sets(estimates: &Estimates) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-fn keeps_its_bounds<C: TrackingController>(
+fn keeps_its_bounds<C: AdaptiveController>(
     controller: &C,
     output: &StepOutput,
 ) -> Result<(), TestCaseError> {
@@ -114,7 +115,7 @@ fn keeps_its_bounds<C: TrackingController>(
 }
 
 /// Needs gains with `delta_1 = 0`: a refused step then changes nothing at all in the memory.
-fn survives<C: TrackingController>(
+fn survives<C: AdaptiveController>(
     controller: &C,
     sequence: &[(VehicleState, Reference)],
 ) -> Result<(), TestCaseError>
@@ -179,7 +180,7 @@ const HEADING: usize = 15;
 ///
 /// Only the direction of `b2d` counts, not its length, and a component of `b2d''` along the other
 /// axes has no effect: then there is nothing to refuse.
-fn assert_refused<C: TrackingController>(
+fn assert_refused<C: AdaptiveController>(
     controller: &C,
     output: &StepOutput,
     state: &C::State,

@@ -1,6 +1,7 @@
 //! The core's memory against the transcription's along one flight each: both see the same states
 //! at every tick, so that what they differ by is what their discrete updates accumulate.
 
+use ctrl_core::controller::AdaptiveController;
 use ctrl_core::controller::{StepStatus, TrackingController};
 use glam::DVec3;
 use sim::plant::{Disturbance, PlantState};
@@ -27,7 +28,7 @@ fn rounded_truth(state: &PlantState) -> Truth {
 }
 
 /// Flies the core over the paper's example, tilted and disturbed at the start, and compares.
-fn compare<C: TrackingController>(
+fn compare<C: AdaptiveController>(
     law: Law,
     controller: &C,
     gains: &Gains,
@@ -55,7 +56,7 @@ fn compare<C: TrackingController>(
     seen
 }
 
-fn compare_memory<C: TrackingController>(
+fn compare_memory<C: AdaptiveController>(
     law: Law,
     controller: &C,
     state: &C::State,

@@ -12,7 +12,7 @@ use std::process::{Child, Command, Stdio};
 
 use ctrl_core::config::SaturatedConfig;
 use ctrl_core::saturated::Saturated;
-use firmware::scenario::flown;
+use firmware::scenario::built_in_mission;
 use link::{ControllerKind, Parameters, Rejection};
 use serde_json::{Value, json};
 

@@ -7,14 +7,12 @@
 
 use core::ffi::CStr;
 
-use ctrl_core::controller::TrackingController;
-use ctrl_core::robust_adaptive::RobustAdaptive;
-use ctrl_core::saturated::Saturated;
+use ctrl_core::controller::{AnyController, TrackingController};
 use defmt_semihosting as _;
 use firmware::evidence::kind_name;
 use firmware::fault::take_evidence;
 use firmware::replay::Sample;
-use firmware::scenario::{ControllerConfig, Scenario};
+use firmware::scenario::Scenario;
 use semihosting::fs::File;
 use semihosting::io::{Read, Write};
 use semihosting::{eprintln, process};
@@ -39,22 +37,19 @@ fn main() -> ! {
         fail("output=PATH must be a file to write");
     };
     let Ok(document) = scenario.load() else { fail("the scenario is damaged") };
-    match document.controller {
-        ControllerConfig::RobustAdaptive(config) => {
-            run(RobustAdaptive::new(&config).ok(), input, output);
-        }
-        ControllerConfig::Saturated(config) => run(Saturated::new(&config).ok(), input, output),
-    }
+    let Ok(controller) = document.controller.build() else {
+        fail("the controller refuses the scenario");
+    };
+    run(&controller, input, output);
     process::exit(0)
 }
 
 /// Steps until the input ends.
-fn run<C: TrackingController>(controller: Option<C>, mut input: File, mut output: File) {
-    let Some(controller) = controller else { fail("the controller refuses the scenario") };
+fn run(controller: &AnyController, mut input: File, mut output: File) {
     let mut state = controller.initial_state();
     let mut bytes = [0; Sample::SIZE];
     while input.read_exact(&mut bytes).is_ok() {
-        let reply = Sample::decode(&bytes).and_then(|s| s.step(&controller, &mut state).encode());
+        let reply = Sample::decode(&bytes).and_then(|s| s.step(controller, &mut state).encode());
         if !reply.is_ok_and(|reply| output.write_all(&reply).is_ok()) {
             fail("the output takes no more");
         }

@@ -1,6 +1,8 @@
 //! The part of a scenario file that a vehicle needs; `build.rs` reads it from TOML with this file.
 
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::controller::{AnyController, ControllerConfig};
+use ctrl_core::error::ConfigError;
 use ctrl_core::trajectory::TrajectoryConfig;
 use link::ControllerKind;
 use serde::{Deserialize, Serialize};
@@ -14,17 +16,6 @@ pub struct Document {
     pub trajectory: TrajectoryConfig,
 }
 
-/// The configuration of either controller.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[allow(clippy::large_enum_variant, reason = "there is no heap to put one on")]
-pub enum ControllerConfig {
-    /// Controller 1.
-    RobustAdaptive(RobustAdaptiveConfig),
-    /// Controller 2.
-    Saturated(SaturatedConfig),
-}
-
 /// The numbers of both controllers, and which of them is chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tuning {
@@ -36,9 +27,30 @@ pub struct Tuning {
     pub saturated: SaturatedConfig,
 }
 
-/// What the image flies: the flown scenario, with the paper's numbers for the other controller.
+impl Tuning {
+    /// Configuration of the chosen controller.
+    #[must_use]
+    pub fn chosen(&self) -> ControllerConfig {
+        match self.kind {
+            ControllerKind::RobustAdaptive => {
+                ControllerConfig::RobustAdaptive(self.robust_adaptive)
+            }
+            ControllerKind::Saturated => ControllerConfig::Saturated(self.saturated),
+        }
+    }
+
+    /// The chosen controller, validated.
+    ///
+    /// # Errors
+    /// The parameter that the controller refuses.
+    pub fn controller(&self) -> Result<AnyController, ConfigError> {
+        self.chosen().build()
+    }
+}
+
+/// The mission that is built in: the scenario, with the paper's numbers for the other controller.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Flown {
+pub struct BuiltInMission {
     /// The controllers.
     pub tuning: Tuning,
     /// The reference that is flown when no host sends one.

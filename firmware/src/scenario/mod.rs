@@ -4,7 +4,7 @@
 
 mod document;
 
-pub use document::{ControllerConfig, Document, Flown, Tuning};
+pub use document::{BuiltInMission, Document, Tuning};
 
 /// One scenario of the image.
 #[derive(Clone, Copy, Debug)]
@@ -30,12 +30,12 @@ impl Scenario {
     }
 }
 
-/// What this image flies when no host says otherwise.
+/// The mission that this image flies unless the host selects another.
 ///
 /// # Errors
 /// Only if the image is damaged.
-pub fn flown() -> Result<Flown, postcard::Error> {
-    postcard::from_bytes(include_bytes!(concat!(env!("OUT_DIR"), "/flown.postcard")))
+pub fn built_in_mission() -> Result<BuiltInMission, postcard::Error> {
+    postcard::from_bytes(include_bytes!(concat!(env!("OUT_DIR"), "/built_in_mission.postcard")))
 }
 
 include!(concat!(env!("OUT_DIR"), "/scenarios.rs"));
@@ -43,46 +43,26 @@ include!(concat!(env!("OUT_DIR"), "/scenarios.rs"));
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ctrl_core::controller::TrackingController;
-    use ctrl_core::robust_adaptive::RobustAdaptive;
-    use ctrl_core::saturated::Saturated;
-    use link::ControllerKind;
+    use ctrl_core::controller::{AdaptiveController, ControllerConfig, TrackingController};
 
     #[test]
     fn every_scenario_builds_a_controller_that_accepts_its_trajectory() {
         for scenario in SCENARIOS {
             let document = scenario.load().expect(scenario.name);
-            let accepted = match &document.controller {
-                ControllerConfig::RobustAdaptive(config) => RobustAdaptive::new(config)
-                    .and_then(|c| c.accept(&document.trajectory.build(c.step_period())?)),
-                ControllerConfig::Saturated(config) => Saturated::new(config)
-                    .and_then(|c| c.accept(&document.trajectory.build(c.step_period())?)),
-            };
+            let accepted = document.controller.build().and_then(|controller| {
+                controller.accept(&document.trajectory.build(controller.step_period())?)
+            });
             assert_eq!(accepted, Ok(()), "{}", scenario.name);
         }
     }
 
     #[test]
-    fn the_flown_scenario_is_the_one_that_the_constants_name() {
-        let flown = flown().unwrap();
-        let document = Scenario::named(FLOWN).unwrap().load().unwrap();
-        assert_eq!(flown.trajectory, document.trajectory);
-        let period = match document.controller {
-            ControllerConfig::RobustAdaptive(config) => {
-                assert_eq!(
-                    (flown.tuning.robust_adaptive, flown.tuning.kind),
-                    (config, ControllerKind::RobustAdaptive)
-                );
-                config.step_period
-            }
-            ControllerConfig::Saturated(config) => {
-                assert_eq!(
-                    (flown.tuning.saturated, flown.tuning.kind),
-                    (config, ControllerKind::Saturated)
-                );
-                config.step_period
-            }
-        };
+    fn the_built_in_mission_is_the_scenario_that_the_constants_name() {
+        let mission = built_in_mission().unwrap();
+        let document = Scenario::named(BUILT_IN).unwrap().load().unwrap();
+        assert_eq!(mission.trajectory, document.trajectory);
+        assert_eq!(mission.tuning.chosen(), document.controller);
+        let period = document.controller.step_period();
         assert_eq!(CONTROL_RATE, (1.0 / period).round() as u32);
     }
 

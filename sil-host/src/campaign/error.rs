@@ -1,4 +1,4 @@
-//! Why a campaign cannot be flown or its results not be used.
+//! Error of flying a campaign or of using its results.
 
 use std::fmt;
 use std::io;
@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use crate::run::RunError;
 use sim::scenario::ScenarioError;
 
-/// Why a campaign could not be completed.
+/// Cause of a campaign that could not be completed.
 #[derive(Clone, Debug)]
 pub enum CampaignError {
     /// The definition, or a scenario that it names, cannot be read or flown: file, line and key.
     Definition(ScenarioError),
-    /// What the command line asks for does not go together with the campaign.
+    /// A request does not go together with the campaign.
     Usage(String),
     /// A directory or file of results is not what it should be: which, and why.
     Results(PathBuf, String),

@@ -6,23 +6,23 @@ use rayon::iter::{ParallelBridge, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::error::CampaignError;
-use super::flight::fly;
+use super::flight::fly_run;
+use super::fly::CampaignProgress;
 use super::plan::Campaign;
-use super::progress::Progress;
 use super::table::line;
 use super::window::Window;
 
 /// Runs a thread may be ahead of the next one to be written: some flights take longer than others.
 const AHEAD: u32 = 64;
 
-/// A pool of `threads`, or of one a core.
+/// A pool of `threads` worker threads [default: one per core].
 ///
 /// # Errors
 /// When threads cannot be started.
 pub fn pool(threads: Option<u32>) -> Result<ThreadPool, CampaignError> {
     let threads = threads.map_or(0, |threads| threads as usize);
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| CampaignError::Usage(format!("--threads: {error}")))
+    pool.map_err(|error| CampaignError::Usage(format!("worker threads: {error}")))
 }
 
 /// Flies `runs` and passes their lines to `write`, in order.
@@ -33,7 +33,7 @@ pub fn execute(
     campaign: &Campaign,
     runs: Range<u32>,
     pool: &ThreadPool,
-    progress: &Progress,
+    progress: &dyn CampaignProgress,
     write: impl FnMut(&str) -> Result<(), CampaignError> + Send,
 ) -> Result<(), CampaignError> {
     let ahead = AHEAD.saturating_mul(pool.current_num_threads() as u32);
@@ -44,9 +44,9 @@ pub fn execute(
             if !window.admit(index) {
                 return Ok(());
             }
-            let run = fly(campaign, index);
+            let run = fly_run(campaign, index);
             window.finish(index, run.rows.iter().map(|row| line(campaign, row)).collect())?;
-            progress.flown(run.flight_time);
+            progress.run_completed(run.flight_time);
             Ok(())
         })
     })

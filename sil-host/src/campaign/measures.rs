@@ -7,11 +7,11 @@ use ctrl_core::controller::StepStatus;
 use glam::DVec3;
 
 use sim::guarantee::angle::Angle;
-use sim::guarantee::lyapunov::Evaluation;
 use sim::guarantee::tracking::{heading, tilt};
 use sim::norm::Norm;
-use sim::sample::Sample;
+use sim::observer::Observer;
 use sim::scenario::Scenario;
+use sim::tick::Tick;
 
 /// A column of the results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,19 +114,10 @@ impl Measures {
         }
     }
 
-    /// Takes in one tick.
-    pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        self.ticks += 1;
-        self.observe_errors(sample, evaluation);
-        self.observe_motion(sample);
-        self.observe_command(sample);
-        self.mass_estimate = f64::from(sample.estimates.inverse_mass).recip();
-    }
-
-    fn observe_errors(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        let attitude = sample.truth.attitude;
-        let position = evaluation.position_error.norm();
-        let reference = &sample.reference;
+    fn observe_errors(&mut self, tick: &Tick) {
+        let attitude = tick.truth.attitude;
+        let position = tick.evaluation.position_error.norm();
+        let reference = &tick.reference;
         let (tilt, heading) = (tilt(attitude, reference), heading(attitude, reference));
         self.errors = (position, tilt, heading);
         self.position_peak = self.position_peak.max(position);
@@ -135,12 +126,12 @@ impl Measures {
         let within =
             [position <= position_max, tilt.is_within(tilt_max), heading.is_within(heading_max)];
         for (settled, within) in self.settled.iter_mut().zip(within) {
-            *settled = within.then(|| settled.unwrap_or(sample.time));
+            *settled = within.then(|| settled.unwrap_or(tick.time));
         }
     }
 
-    fn observe_motion(&mut self, sample: &Sample) {
-        let truth = &sample.truth;
+    fn observe_motion(&mut self, tick: &Tick) {
+        let truth = &tick.truth;
         let up = truth.attitude * DVec3::Z;
         if up.z < self.steepest.z {
             self.steepest = up;
@@ -150,8 +141,8 @@ impl Measures {
         self.lowest_height = self.lowest_height.min(truth.position_world.z);
     }
 
-    fn observe_command(&mut self, sample: &Sample) {
-        let output = &sample.output;
+    fn observe_command(&mut self, tick: &Tick) {
+        let output = &tick.output;
         let thrust = output.wrench.thrust;
         self.thrust = [self.thrust[0].min(thrust), self.thrust[1].max(thrust)];
         let torque = output.wrench.torque_body;
@@ -199,22 +190,28 @@ impl Measures {
     }
 }
 
+impl Observer for Measures {
+    fn observe(&mut self, tick: &Tick) {
+        self.ticks += 1;
+        self.observe_errors(tick);
+        self.observe_motion(tick);
+        self.observe_command(tick);
+        self.mass_estimate = f64::from(tick.estimates.inverse_mass).recip();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sim::closed_loop::Observer;
-    use sim::guarantee::lyapunov::Evaluator;
     use sim::guarantee::tracking::tilt_error;
     use sim::scenario::LoadedScenario;
 
-    /// Measures of a flight, and the flight itself.
-    struct Both(Evaluator, Measures, Vec<Sample>);
+    /// The flight itself.
+    struct Ticks(Vec<Tick>);
 
-    impl Observer for Both {
-        fn observe(&mut self, sample: &Sample) {
-            let evaluation = self.0.evaluate(sample);
-            self.1.observe(sample, &evaluation);
-            self.2.push(*sample);
+    impl Observer for Ticks {
+        fn observe(&mut self, tick: &Tick) {
+            self.0.push(*tick);
         }
     }
 
@@ -232,23 +229,21 @@ mod tests {
         let changes = ["guarantees.tilt_error_max=1.5".to_owned()];
         let loaded = LoadedScenario::open("tilt-recovery", &changes).unwrap();
         let scenario = loaded.scenario();
-        let evaluator = Evaluator::new(&scenario.controller, &scenario.vehicle.into());
-        let mut both = Both(evaluator, Measures::new(scenario), Vec::new());
-        assert!(both.1.values().iter().all(Option::is_none), "nothing was flown");
-        loaded.flight().unwrap().advance(12_000, &mut both);
+        let mut both = (Measures::new(scenario), Ticks(Vec::new()));
+        assert!(both.0.values().iter().all(Option::is_none), "nothing was flown");
+        loaded.flight().unwrap().observe(12_000, &mut both);
 
-        let (values, samples) = (both.1.values(), both.2);
+        let (values, samples) = (both.0.values(), both.1.0);
         let of = |key: &str| values[MEASURES.iter().position(|it| it.key == key).unwrap()];
         let close = |key: &str, expected: f64| {
             let found = of(key).unwrap_or_else(|| panic!("{key}"));
             assert!((found - expected).abs() < 1e-6 * expected.abs().max(1e-3), "{key} {found}");
         };
-        let most = |value: &dyn Fn(&Sample) -> f64| {
+        let most = |value: &dyn Fn(&Tick) -> f64| {
             samples.iter().map(value).fold(f64::NEG_INFINITY, f64::max)
         };
-        let error = |it: &Sample| {
-            (it.truth.position_world - it.reference.position_world.as_dvec3()).length()
-        };
+        let error =
+            |it: &Tick| (it.truth.position_world - it.reference.position_world.as_dvec3()).length();
         let last = samples.last().unwrap();
         close("position_error_peak", most(&error));
         close("position_error_final", error(last));
@@ -262,7 +257,7 @@ mod tests {
         close("torque_peak", 0.05f32.into());
         close("tilt_error_final", tilt_error(last.truth.attitude, &last.reference));
         close("mass_error_final", f64::from(last.estimates.inverse_mass).recip() - 0.85);
-        let saturated = |it: &&Sample| it.output.status.contains(StepStatus::TORQUE_SATURATED);
+        let saturated = |it: &&Tick| it.output.status.contains(StepStatus::TORQUE_SATURATED);
         close("torque_saturated", samples.iter().filter(saturated).count() as f64 * 1e-3);
 
         // Turned upright within the flight, and not back at its place.

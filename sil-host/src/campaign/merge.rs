@@ -4,36 +4,35 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::command::conclude;
 use super::error::CampaignError;
+use super::fly::conclude;
 use super::store::{Order, write_whole};
-use super::table::{DEFINITION, Results, TABLE, header};
-use crate::cli::MergeArguments;
+use super::summary::Summary;
+use super::table::{CampaignResults, DEFINITION, TABLE, header};
 
 /// A directory of results: its first run and the one after its last.
 #[derive(Debug)]
 struct Part {
-    results: Results,
+    results: CampaignResults,
     first: u32,
     end: u32,
 }
 
-/// Joins parts, in any order, to the bytes that the whole campaign would have had in one go; whether
-/// every guarantee held.
+/// Joins the results of shares, in any order, to the bytes that the whole campaign would have had in
+/// one go, below `out`.
 ///
 /// # Errors
 /// When parts belong to different campaigns, overlap, leave a gap, or cannot be read or written.
-pub fn merge(arguments: &MergeArguments) -> Result<bool, CampaignError> {
-    let directories = arguments.parts.iter();
-    let mut parts = directories.map(|it| Part::open(it)).collect::<Result<Vec<_>, _>>()?;
+pub fn merge(directories: &[PathBuf], out: &Path) -> Result<Summary, CampaignError> {
+    let mut parts = directories.iter().map(|it| Part::open(it)).collect::<Result<Vec<_>, _>>()?;
     parts.sort_by_key(|part| part.first);
     check(&parts)?;
     let Some(Part { results, .. }) = parts.first() else {
         return Err(CampaignError::Usage("no parts to merge".to_owned()));
     };
-    let directory = arguments.out.join(results.campaign().name());
+    let directory = out.join(results.campaign().name());
     if parts.iter().any(|part| same(part.results.directory(), &directory)) {
-        let message = "is both a part and the result; choose another --out".to_owned();
+        let message = "is both a part and the result; choose another output directory".to_owned();
         return Err(CampaignError::Results(directory, message));
     }
     fs::create_dir_all(&directory).map_err(CampaignError::io(&directory))?;
@@ -41,13 +40,13 @@ pub fn merge(arguments: &MergeArguments) -> Result<bool, CampaignError> {
     join(&parts, &table).map_err(CampaignError::io(&table))?;
     let text = results.campaign().text();
     write_whole(&directory.join(DEFINITION), text.as_bytes())?;
-    conclude(&Results::open(&directory)?, arguments.json, arguments.quiet)
+    conclude(&CampaignResults::open(&directory)?)
 }
 
 impl Part {
     /// Reads through a part and checks its order; what is torn or missing is an error.
     fn open(directory: &Path) -> Result<Self, CampaignError> {
-        let results = Results::open(directory)?;
+        let results = CampaignResults::open(directory)?;
         let fault = |message: String| CampaignError::Results(directory.to_owned(), message);
         let campaign = results.campaign();
         let mut rows = results.rows()?;

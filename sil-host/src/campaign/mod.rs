@@ -5,19 +5,18 @@
 //! continued where it was interrupted, and its seeds shared between machines.
 
 mod built_in;
-mod command;
 mod definition;
 mod distribution;
 mod error;
 mod execute;
 mod flight;
+mod fly;
 mod measures;
 mod merge;
 mod normal;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod plan;
-mod progress;
 mod read;
 mod replay;
 pub mod report;
@@ -30,15 +29,16 @@ mod table;
 mod window;
 
 pub use built_in::BuiltInCampaign;
-pub use command::{built_in_table, campaign};
 pub use definition::{Definition, Sampling, VariantDefinition};
 pub use distribution::{Range, Vary};
 pub use error::CampaignError;
-pub use flight::{Run, Watch, fly};
+pub use flight::{Run, fly_run};
+pub use fly::{CampaignOptions, CampaignProgress, built_in_table, fly, repeat};
 pub use measures::{MEASURES, Measure};
 pub use merge::merge;
 pub use plan::{Campaign, Guarantee, Parameter, Variant};
-pub use row::{Observed, Outcome, Row};
+pub use read::CampaignOverrides;
+pub use row::{Observed, Row, RunOutcome};
 pub use shard::Shard;
 pub use summary::{GuaranteeSummary, Summary, VariantSummary};
-pub use table::{Results, RowReader, header, line};
+pub use table::{CampaignResults, RowReader, header, line};

@@ -13,7 +13,7 @@ use parquet::schema::types::{Type, TypePtr};
 use super::error::CampaignError;
 use super::plan::Campaign;
 use super::row::Row;
-use super::table::{Results, columns};
+use super::table::{CampaignResults, columns};
 
 /// File of the table in a directory of results.
 pub const TABLE: &str = "runs.parquet";
@@ -24,7 +24,7 @@ const GROUP: usize = 4096;
 ///
 /// # Errors
 /// When the rows cannot be read or the file not be written.
-pub fn write(results: &Results) -> Result<(), CampaignError> {
+pub fn write(results: &CampaignResults) -> Result<(), CampaignError> {
     let path = results.directory().join(TABLE);
     let part = path.with_extension("part");
     let failed = |error: &ParquetError| CampaignError::Output(path.clone(), error.to_string());
@@ -164,14 +164,21 @@ values = [0.5, 190.5]
 
     #[test]
     fn it_holds_what_the_text_holds() {
-        let campaign = Campaign::parse("a", REFUSED, Path::new(""), &[], &[]).unwrap();
+        let campaign = Campaign::parse(
+            "a",
+            REFUSED,
+            Path::new(""),
+            &crate::campaign::CampaignOverrides::default(),
+            &[],
+        )
+        .unwrap();
         let directory = std::env::temp_dir().join(format!("parquet-{}", std::process::id()));
         fs::create_dir_all(&directory).unwrap();
         fs::write(directory.join("campaign.toml"), campaign.text()).unwrap();
-        let rows = (0..2).flat_map(|index| crate::campaign::fly(&campaign, index).rows);
+        let rows = (0..2).flat_map(|index| crate::campaign::fly_run(&campaign, index).rows);
         let text: String = rows.map(|row| line(&campaign, &row)).collect();
         fs::write(directory.join("runs.csv"), header(&campaign) + &text).unwrap();
-        write(&Results::open(&directory).unwrap()).unwrap();
+        write(&CampaignResults::open(&directory).unwrap()).unwrap();
 
         let mut expected = csv::Reader::from_path(directory.join("runs.csv")).unwrap();
         let file = File::open(directory.join(TABLE)).unwrap();

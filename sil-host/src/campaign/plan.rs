@@ -1,16 +1,11 @@
 //! A campaign that has been read and checked: its runs, their values, and the columns of its results.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use super::built_in::BuiltInCampaign;
 use super::definition::{Definition, Sampling};
 use super::distribution::Distribution;
-use super::error::CampaignError;
-use super::read::Reader;
 use super::sampling::Point;
-use sim::scenario::document::TomlText;
-use sim::scenario::{LoadedScenario, Origin, ScenarioError};
+use sim::scenario::{LoadedScenario, ScenarioError};
 
 /// A campaign that has been read and checked.
 #[derive(Clone, Debug)]
@@ -72,49 +67,6 @@ impl Guarantee {
 }
 
 impl Campaign {
-    /// Reads the built-in campaign or the file `name`, after the changes `path=value` to the
-    /// definition itself and with `changes` to every scenario.
-    ///
-    /// # Errors
-    /// Names file, line and key of what cannot be read, is unknown or is out of its range.
-    pub fn open(
-        name: &str,
-        own_changes: &[String],
-        changes: &[String],
-    ) -> Result<Self, CampaignError> {
-        if let Some(built_in) = BuiltInCampaign::named(name) {
-            return Self::parse(name, built_in.text, Path::new(""), own_changes, changes);
-        }
-        let path = Path::new(name);
-        let text = std::fs::read_to_string(path).map_err(|error| {
-            let known: Vec<_> = BuiltInCampaign::ALL.iter().map(|it| it.name).collect();
-            let message = format!("{error}; built-in campaigns: {}", known.join(", "));
-            fault_in(name, message)
-        })?;
-        let directory = path.parent().unwrap_or(Path::new(""));
-        Self::parse(name, &text, directory, own_changes, changes)
-    }
-
-    /// Reads a campaign from TOML; `name` is what errors call it, and scenarios that are files are
-    /// looked for in `directory`.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open).
-    pub fn parse(
-        name: &str,
-        text: &str,
-        directory: &Path,
-        own_changes: &[String],
-        changes: &[String],
-    ) -> Result<Self, CampaignError> {
-        let mut text = TomlText::parse(name, text)?;
-        text.set(own_changes)?;
-        let mut definition: Definition = text.deserialize()?;
-        definition.set.extend(changes.iter().cloned());
-        let campaign = Reader { text: &text, directory }.campaign(definition)?;
-        Ok(campaign)
-    }
-
     /// Everything that it depends on, as TOML that is complete in itself: what its results keep.
     ///
     /// # Panics
@@ -243,10 +195,4 @@ fn literal(value: f64) -> String {
     } else {
         zmij::Buffer::new().format(value).to_owned()
     }
-}
-
-/// An error of the file `name` that belongs to no key.
-fn fault_in(name: &str, message: String) -> CampaignError {
-    let origin = Origin::File { name: name.to_owned(), line: None };
-    ScenarioError { origin, key: String::new(), message }.into()
 }

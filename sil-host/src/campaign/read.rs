@@ -2,26 +2,94 @@
 
 use std::path::Path;
 
+use super::built_in::BuiltInCampaign;
 use super::definition::{Definition, Sampling, VariantDefinition};
 use super::distribution::Distribution;
 use super::error::CampaignError;
 use super::plan::{Campaign, Guarantee, Parameter, Variant};
 use super::sampling::{SOBOL_DIMENSIONS_MAX, SOBOL_RUNS_MAX};
-use sim::guarantee::Guarantees;
 use sim::scenario::document::TomlText;
-use sim::scenario::{BuiltIn, LoadedScenario, ScenarioError};
+use sim::scenario::{BuiltIn, LoadedScenario, Origin, ScenarioError, check_name, not_found};
+
+/// Values of a definition to be replaced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CampaignOverrides {
+    /// Number of runs.
+    pub runs: Option<u32>,
+    /// Seed of the first run.
+    pub first_seed: Option<u32>,
+}
+
+impl CampaignOverrides {
+    /// Applies them to a definition's text, under the names of the program's options.
+    fn apply(&self, text: &mut TomlText) -> Result<(), ScenarioError> {
+        let options =
+            [("runs", "--runs", self.runs), ("first_seed", "--first-seed", self.first_seed)];
+        for (key, option, value) in options {
+            if let Some(value) = value {
+                text.set_option(&format!("{key}={value}"), &format!("{option} {value}"))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Campaign {
+    /// Reads the built-in campaign or the file `name`, with `overrides` in its definition and
+    /// `changes`, each `path=value`, in every scenario.
+    ///
+    /// # Errors
+    /// Names file, line and key of a value that cannot be read, is unknown or is out of its range.
+    pub fn open(
+        name: &str,
+        overrides: &CampaignOverrides,
+        changes: &[String],
+    ) -> Result<Self, CampaignError> {
+        if let Some(built_in) = BuiltInCampaign::named(name) {
+            return Self::parse(name, built_in.text, Path::new(""), overrides, changes);
+        }
+        let path = Path::new(name);
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            let known = BuiltInCampaign::ALL.iter().map(|it| it.name);
+            let message = not_found(name, &error, "campaigns", known);
+            let origin = Origin::File { name: name.to_owned(), line: None };
+            ScenarioError { origin, key: String::new(), message }
+        })?;
+        let directory = path.parent().unwrap_or(Path::new(""));
+        Self::parse(name, &text, directory, overrides, changes)
+    }
+
+    /// Reads a campaign from TOML. Errors call it `name`; scenarios that are files are looked for in
+    /// `directory`.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn parse(
+        name: &str,
+        text: &str,
+        directory: &Path,
+        overrides: &CampaignOverrides,
+        changes: &[String],
+    ) -> Result<Self, CampaignError> {
+        let mut text = TomlText::parse(name, text)?;
+        overrides.apply(&mut text)?;
+        let mut definition: Definition = text.deserialize()?;
+        definition.set.extend(changes.iter().cloned());
+        Reader { text: &text, directory }.campaign(definition)
+    }
+}
 
 /// Turns a definition into a campaign.
-pub(super) struct Reader<'a> {
+struct Reader<'a> {
     /// What the definition was written in.
-    pub(super) text: &'a TomlText,
+    text: &'a TomlText,
     /// Where scenarios that are files are looked for.
-    pub(super) directory: &'a Path,
+    directory: &'a Path,
 }
 
 impl Reader<'_> {
     /// The campaign that `definition` defines.
-    pub(super) fn campaign(&self, definition: Definition) -> Result<Campaign, CampaignError> {
+    fn campaign(&self, definition: Definition) -> Result<Campaign, CampaignError> {
         self.check_name("name", &definition.name)?;
         let (axes, parameters) = self.axes(&definition)?;
         let runs = self.runs(&definition, &axes)?;
@@ -40,12 +108,7 @@ impl Reader<'_> {
 
     /// Names become parts of file names and cells of tables.
     fn check_name(&self, path: &str, name: &str) -> Result<(), CampaignError> {
-        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        if name.is_empty() || !name.chars().all(plain) {
-            let message = format!("`{name}` must be made of letters, digits, `-` and `_`");
-            return Err(self.fault(path, message));
-        }
-        Ok(())
+        check_name(name).map_err(|message| self.fault(path, message))
     }
 
     fn axes(
@@ -237,7 +300,7 @@ fn guarantees(variants: &[Variant]) -> Result<Vec<Guarantee>, ScenarioError> {
     let mut all = Vec::<Guarantee>::new();
     for variant in variants {
         let loaded = LoadedScenario::parse(&variant.scenario, &variant.text, &variant.changes)?;
-        let monitors = Guarantees::of(loaded.scenario());
+        let monitors = loaded.scenario().monitors();
         for verdict in monitors.verdicts() {
             let key = Guarantee::key(verdict.name);
             let (name, equation, unit) = (verdict.name, verdict.equation, verdict.unit);

@@ -10,7 +10,7 @@ pub struct Row {
     /// Varied values, in the order of [`Campaign::parameters`](super::Campaign::parameters).
     pub parameters: Vec<f64>,
     /// Whether the guarantees held.
-    pub outcome: Outcome,
+    pub outcome: RunOutcome,
     /// Names of the guarantees that were violated, or why the flight was refused; empty if all held.
     pub reason: String,
     /// Whether vehicle and disturbance lie in the sets that the controller was told of; if not, the
@@ -36,7 +36,7 @@ pub(super) const BROKEN: &str = "broken";
 
 /// Whether the guarantees of a flight held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Outcome {
+pub enum RunOutcome {
     /// All.
     Held,
     /// At least one did not.
@@ -45,7 +45,7 @@ pub enum Outcome {
     Refused,
 }
 
-impl Outcome {
+impl RunOutcome {
     /// Every one of them.
     pub const ALL: [Self; 3] = [Self::Held, Self::Violated, Self::Refused];
 

@@ -63,8 +63,8 @@ impl Store {
             }
             _ => Err(CampaignError::Results(
                 directory.to_owned(),
-                "holds results of another definition; choose another --out, or --restart to \
-                 overwrite them"
+                "holds results of another definition; choose another output directory, or restart \
+                 to overwrite them"
                     .to_owned(),
             )),
         }

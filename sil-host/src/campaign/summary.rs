@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::error::CampaignError;
 use super::plan::Guarantee;
-use super::row::{Outcome, Row};
-use super::table::Results;
+use super::row::{Row, RunOutcome};
+use super::table::CampaignResults;
 use crate::report::aligned;
 use sim::number::number;
 
@@ -66,7 +66,7 @@ impl Summary {
     ///
     /// # Errors
     /// When they cannot be read.
-    pub fn read(results: &Results) -> Result<Self, CampaignError> {
+    pub fn read(results: &CampaignResults) -> Result<Self, CampaignError> {
         let campaign = results.campaign();
         let guarantee = |it: &Guarantee| GuaranteeSummary {
             name: it.name,
@@ -127,14 +127,14 @@ impl Summary {
 impl VariantSummary {
     fn add(&mut self, row: &Row) {
         match row.outcome {
-            Outcome::Held => self.held += 1,
-            Outcome::Violated => self.violated += 1,
-            Outcome::Refused => self.refused += 1,
+            RunOutcome::Held => self.held += 1,
+            RunOutcome::Violated => self.violated += 1,
+            RunOutcome::Refused => self.refused += 1,
         }
-        let flown = row.outcome != Outcome::Refused;
+        let flown = row.outcome != RunOutcome::Refused;
         self.assumptions_broken += u32::from(flown && !row.assumptions_kept);
         let violated: Vec<_> = match row.outcome {
-            Outcome::Violated => row.reason.split("; ").collect(),
+            RunOutcome::Violated => row.reason.split("; ").collect(),
             _ => Vec::new(),
         };
         for (summary, seen) in self.guarantees.iter_mut().zip(&row.guarantees) {

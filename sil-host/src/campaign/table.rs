@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use super::error::CampaignError;
 use super::measures::MEASURES;
 use super::plan::Campaign;
-use super::row::{BROKEN, KEPT, Observed, Outcome, Row};
+use super::read::CampaignOverrides;
+use super::row::{BROKEN, KEPT, Observed, Row, RunOutcome};
 
 /// File of the definition in a directory of results.
 pub const DEFINITION: &str = "campaign.toml";
@@ -90,12 +91,12 @@ impl Line {
 
 /// A directory of results: the campaign that it holds, and the table of its runs.
 #[derive(Clone, Debug)]
-pub struct Results {
+pub struct CampaignResults {
     directory: PathBuf,
     campaign: Campaign,
 }
 
-impl Results {
+impl CampaignResults {
     /// Reads the definition in `directory`.
     ///
     /// # Errors
@@ -104,7 +105,8 @@ impl Results {
         let path = directory.join(DEFINITION);
         let text = std::fs::read_to_string(&path).map_err(CampaignError::io(&path))?;
         let name = path.display().to_string();
-        let campaign = Campaign::parse(&name, &text, directory, &[], &[])?;
+        let campaign =
+            Campaign::parse(&name, &text, directory, &CampaignOverrides::default(), &[])?;
         Ok(Self { directory: directory.to_owned(), campaign })
     }
 
@@ -200,7 +202,7 @@ fn row(campaign: &Campaign, record: &csv::StringRecord) -> Option<Row> {
     let variant = campaign.variants().iter().position(|known| known.name == variant)?;
     let parameters = cells.by_ref().take(campaign.parameters().len());
     let parameters = parameters.map(|cell| cell.parse().ok()).collect::<Option<_>>()?;
-    let outcome = Outcome::named(cells.next()?)?;
+    let outcome = RunOutcome::named(cells.next()?)?;
     let reason = cells.next()?.to_owned();
     let assumptions_kept = match cells.next()? {
         KEPT => true,
@@ -247,7 +249,8 @@ normal = { mean = 0.85, deviation = 0.05 }
 "#;
 
     fn campaign() -> Campaign {
-        Campaign::parse("two.toml", TWO_VARIANTS, Path::new(""), &[], &[]).unwrap()
+        Campaign::parse("two.toml", TWO_VARIANTS, Path::new(""), &CampaignOverrides::default(), &[])
+            .unwrap()
     }
 
     fn rows() -> Vec<Row> {
@@ -267,9 +270,9 @@ normal = { mean = 0.85, deviation = 0.05 }
             ],
         };
         vec![
-            row(0, Outcome::Held, ""),
-            row(1, Outcome::Violated, "thrust, highest; \"quoted\""),
-            row(2, Outcome::Refused, "a, b"),
+            row(0, RunOutcome::Held, ""),
+            row(1, RunOutcome::Violated, "thrust, highest; \"quoted\""),
+            row(2, RunOutcome::Refused, "a, b"),
         ]
     }
 
@@ -315,8 +318,14 @@ normal = { mean = 0.85, deviation = 0.05 }
     fn the_definition_of_the_results_is_complete_and_stands_for_itself() {
         let campaign = campaign();
         let text = campaign.text();
-        let again =
-            Campaign::parse("campaign.toml", &text, Path::new("nowhere"), &[], &[]).unwrap();
+        let again = Campaign::parse(
+            "campaign.toml",
+            &text,
+            Path::new("nowhere"),
+            &CampaignOverrides::default(),
+            &[],
+        )
+        .unwrap();
         assert_eq!(again.text(), text);
         assert_eq!(again.values(3), campaign.values(3));
         assert!(text.contains("[scenarios]") && text.contains("[controller.saturated]"), "{text}");

@@ -1,20 +1,24 @@
-//! The command line; a file a command.
+//! The program: command line, progress, printed tables; one file per command.
 
 mod campaign;
+mod campaign_progress;
+mod flight_progress;
 mod log;
 mod merge;
 mod pil;
+mod processor;
 mod run;
 mod tune;
 
 use clap::{Parser, Subcommand};
 
-pub use campaign::CampaignArguments;
-pub use log::LogArguments;
-pub use merge::MergeArguments;
-pub use pil::PilArguments;
-pub use run::RunArguments;
-pub use tune::TuneArguments;
+pub use campaign::{CampaignArguments, campaign};
+use log::LogArguments;
+pub use merge::{MergeArguments, merge};
+pub use pil::{PilArguments, pil};
+pub use processor::missing_extensions;
+pub use run::{RunArguments, run};
+pub use tune::{TuneArguments, tune};
 
 /// Flies the controllers of ctrl-core against a simulated vehicle and checks their guarantees.
 ///
@@ -24,12 +28,12 @@ pub use tune::TuneArguments;
 #[derive(Clone, Debug, Parser)]
 #[command(name = "sil-host", version)]
 pub struct Cli {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// What to do.
+/// The commands.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Command {
     /// List the built-in scenarios.
@@ -45,7 +49,7 @@ pub enum Command {
     Pil(PilArguments),
     /// Fly a scenario many times, with values drawn from distributions or taken from a grid.
     Campaign(CampaignArguments),
-    /// Join the shares of a campaign that were flown by themselves.
+    /// Join the results of the shares of a campaign.
     Merge(MergeArguments),
     /// Propose gains for a vehicle, show poles and predicted errors, check them with flights.
     Tune(TuneArguments),

@@ -1,17 +1,23 @@
 //! `pil`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{ArgAction, Args};
+use sil_host::pil::PilError;
+use sil_host::pil::emulator::{Emulator, IMAGE, QEMU, SHIFT};
+use sil_host::pil::fault::{Fault, FaultDirection};
+use sil_host::pil::flight::{FaultOptions, OnBoard, PilOptions, fly_recorded};
+use sil_host::pil::recording::Recording;
+use sil_host::pil::replay::{Replayed, replay};
+use sil_host::report::{self, FlightReport};
 
 use super::RunArguments;
-use crate::pil::emulator::{IMAGE, QEMU, SHIFT};
-use crate::pil::fault::{Fault, FaultDirection};
+use super::flight_progress::FlightProgressBar;
 
-/// Bits a second of the firmware's link.
+/// Bits per second of the firmware's link.
 const BAUD: u32 = 2_000_000;
 
-/// How to fly with the vehicle in the loop.
+/// Arguments of `pil`.
 #[derive(Clone, Debug, Args)]
 pub struct PilArguments {
     /// Scenarios and results, as for `run`.
@@ -30,14 +36,14 @@ pub struct PilArguments {
     /// Fly on the vehicle at a serial port instead, in lock step, its rotors off.
     #[arg(long, value_name = "DEVICE", conflicts_with_all = ["image", "replay"])]
     pub port: Option<PathBuf>,
-    /// Bits a second on the port.
+    /// Bits per second on the port.
     #[arg(long, default_value_t = BAUD, value_name = "RATE")]
     pub baud: u32,
     /// Begin each control tick when its sample has come, not by the emulated clock: rotors stay off,
     /// and any attitude may be started from.
     #[arg(long, conflicts_with = "replay")]
     pub lock_step: bool,
-    /// Hold every tick against the law on the host, bit for bit.
+    /// Compare every tick with the law on the host, bit for bit.
     #[arg(long, default_value_t = true, action = ArgAction::Set, value_name = "BOOL")]
     pub compare: bool,
     /// Keep the bytes of both directions; with several scenarios, those of the last.
@@ -48,12 +54,95 @@ pub struct PilArguments {
     pub replay: Option<PathBuf>,
     /// Damage frames in flight, with any of these faults; the seed is the scenario's. A missed sample
     /// is flown with a late one, so the bits are then not SIL's.
+    /// Kinds: lost, duplicated, reordered, truncated, flipped, delayed, garbage.
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     pub fault: Vec<Fault>,
-    /// Which frames `--fault` damages.
-    #[arg(long, value_enum, default_value_t, value_name = "DIRECTION")]
+    /// Damaged direction: up (to the vehicle), down or both.
+    #[arg(long, default_value = "up", value_name = "DIRECTION")]
     pub fault_direction: FaultDirection,
     /// Share of frames that `--fault` damages.
     #[arg(long, default_value_t = 0.05, value_name = "SHARE")]
     pub fault_rate: f64,
+}
+
+impl PilArguments {
+    fn emulator(&self) -> Emulator {
+        let Self { qemu, image, shift, .. } = self;
+        Emulator { program: qemu.clone(), image: image.clone(), shift: *shift }
+    }
+
+    fn options(&self) -> PilOptions {
+        PilOptions {
+            flight: self.run.options(),
+            emulator: self.emulator(),
+            port: self.port.clone().map(|port| (port, self.baud)),
+            lock_step: self.lock_step,
+            record: self.record.clone(),
+            faults: FaultOptions {
+                kinds: self.fault.clone(),
+                direction: self.fault_direction,
+                rate: self.fault_rate,
+            },
+        }
+    }
+}
+
+/// Flies every scenario on the vehicle and prints the tables; `true` if every guarantee held and, if
+/// compared, every bit was SIL's.
+///
+/// # Errors
+/// See [`PilError`].
+pub fn pil(arguments: &PilArguments) -> Result<bool, PilError> {
+    if let Some(file) = &arguments.replay {
+        return replay_file(file, arguments);
+    }
+    let scenarios = arguments.run.scenarios()?;
+    let options = arguments.options();
+    let (mut reports, mut same) = (Vec::new(), true);
+    for loaded in &scenarios {
+        let progress = FlightProgressBar::new(loaded.scenario(), arguments.run.quiet);
+        let (report, on_board) = fly_recorded(loaded, &options, &|ticks| progress.advance(ticks))?;
+        progress.finish();
+        if !arguments.run.json {
+            print!("{}", report::table(&report, arguments.run.quiet));
+        }
+        same &= !arguments.compare || on_board.difference.is_none();
+        print_on_board(&on_board, arguments);
+        reports.push(report);
+    }
+    if arguments.run.json {
+        println!("{}", report::json(&reports));
+    }
+    Ok(same && reports.iter().all(FlightReport::passed))
+}
+
+/// Feeds a recording to host and image and prints the result; `true` if both did as recorded.
+fn replay_file(file: &Path, arguments: &PilArguments) -> Result<bool, PilError> {
+    let recording = Recording::load(file)
+        .map_err(|error| PilError::Recording(file.to_owned(), error.to_string()))?;
+    let replayed = replay(&recording, &arguments.emulator())?;
+    let Replayed { host_ticks, host_difference, packets, image_difference } = replayed;
+    match host_difference {
+        Some(difference) => println!("host: not as recorded: {difference}"),
+        None => println!("host: {host_ticks} ticks of flight as recorded, every bit"),
+    }
+    match image_difference {
+        Some(packet) => println!("image: another answer in packet {packet}"),
+        None => println!("image: {packets} packets answered as recorded"),
+    }
+    Ok(replayed.same())
+}
+
+fn print_on_board(on_board: &OnBoard, arguments: &PilArguments) {
+    let OnBoard { ticks, difference, cost, cost_unit } = on_board;
+    match difference.filter(|_| arguments.compare) {
+        Some(difference) => eprintln!("  not as in SIL: {difference}"),
+        None if arguments.compare && !arguments.run.quiet => {
+            eprintln!("  every bit as in SIL, {ticks} ticks");
+        }
+        None => {}
+    }
+    if !arguments.run.quiet {
+        eprintln!("  control tick [{cost_unit}]: {cost}");
+    }
 }

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use sil_host::tune::check::{Check, check};
+use sil_host::tune::request::WantedOptions;
+use sil_host::tune::{TuneError, propose, report};
 
-use crate::tune::request::WantedOptions;
-
-/// What to tune, and for what.
+/// Arguments of `tune`.
 #[derive(Clone, Debug, Args)]
 pub struct TuneArguments {
     /// Vehicle file (docs/tune.md shows one), or a scenario, built-in or file, whose vehicle, limits and
@@ -47,7 +48,7 @@ pub struct TuneArguments {
 }
 
 impl TuneArguments {
-    /// The closed loop wanted, as far as flags say.
+    /// Requested closed loop.
     #[must_use]
     pub fn wanted(&self) -> WantedOptions {
         WantedOptions {
@@ -59,4 +60,28 @@ impl TuneArguments {
             attitude_range: self.attitude_range,
         }
     }
+}
+
+/// Proposes gains, checks them, prints and writes them; `true` if every check flight held.
+///
+/// # Errors
+/// See [`TuneError`].
+pub fn tune(arguments: &TuneArguments) -> Result<bool, TuneError> {
+    let proposal = propose(&arguments.vehicle, arguments.wanted())?;
+    if let Some(path) = &arguments.write {
+        std::fs::write(path, proposal.scenario())
+            .map_err(|error| TuneError::Output(path.clone(), error.to_string()))?;
+    }
+    if !arguments.no_check && !arguments.quiet {
+        eprintln!("{}: flying the check", proposal.request.name);
+    }
+    let checked =
+        if arguments.no_check { None } else { Some(check(&proposal).map_err(TuneError::Check)?) };
+    let passed = checked.as_ref().is_none_or(Check::passed);
+    if arguments.json {
+        println!("{}", report::json(&proposal, checked.as_ref(), passed));
+    } else if !arguments.quiet {
+        print!("{}", report::table(&proposal, checked.as_ref()));
+    }
+    Ok(passed)
 }

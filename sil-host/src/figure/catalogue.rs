@@ -8,8 +8,9 @@ use super::quantity::{
     path_styles, upper_bound, vector, vector_legend,
 };
 use super::record::{Recorder, channel};
+use ctrl_core::controller::ControllerConfig;
+use sim::guarantee::bounds::ThrustBounds;
 use sim::plant::PlantParameters;
-use sim::scenario::ControllerConfig;
 
 /// All figures of a flight.
 #[must_use]
@@ -93,7 +94,7 @@ fn thrust(recorder: &Recorder, controller: &ControllerConfig) -> Figure {
         lower_bound(controller.thrust_lower_bound(), "lower bound (19)"),
         upper_bound(controller.thrust_upper_bound(), "upper bound (20)"),
     ];
-    guides.extend(controller.thrust_max().map(|limit| lower_bound(limit, "M_{f}")));
+    guides.extend(controller.thrust_max().map(f64::from).map(|limit| lower_bound(limit, "M_{f}")));
     let style = Style::solid(BLUE);
     let quantity = Quantity::new("f  [N]", &[(channel::THRUST, style)]).with_guides(guides);
     let legend = vec![(style, "f".to_owned())];
@@ -105,7 +106,7 @@ fn torque_quantity(controller: &ControllerConfig) -> Quantity {
     let translucent = |(channel, style)| (channel, Style { width: 1.0, opacity: 0.75, ..style });
     let bounds = |limit| [upper_bound(limit, "M_{τ}"), lower_bound(-limit, "\u{2212}M_{τ}")];
     Quantity::new("τ  [N m]", &vector(channel::TORQUE).map(translucent))
-        .with_guides(controller.torque_max().into_iter().flat_map(bounds))
+        .with_guides(controller.torque_max().map(f64::from).into_iter().flat_map(bounds))
 }
 
 fn torque(recorder: &Recorder, controller: &ControllerConfig) -> Figure {
@@ -204,28 +205,15 @@ fn path(recorder: &Recorder) -> Figure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sim::closed_loop::Observer;
-    use sim::guarantee::lyapunov::Evaluator;
-    use sim::sample::Sample;
     use sim::scenario::LoadedScenario;
-
-    struct Watch(Evaluator, Recorder);
-
-    impl Observer for Watch {
-        fn observe(&mut self, sample: &Sample) {
-            let evaluation = self.0.evaluate(sample);
-            self.1.observe(sample, &evaluation);
-        }
-    }
 
     fn documents(name: &str, duration: f64) -> Vec<(&'static str, String)> {
         let loaded = LoadedScenario::open(name, &[format!("duration={duration:?}")]).unwrap();
         let scenario = loaded.scenario();
         let vehicle = scenario.vehicle.into();
-        let evaluator = Evaluator::new(&scenario.controller, &vehicle);
-        let mut watch = Watch(evaluator, Recorder::new(duration, 0.6 * duration));
-        loaded.flight().unwrap().advance(scenario.ticks(), &mut watch);
-        let figures = figures(&watch.1, &scenario.controller, &vehicle);
+        let mut recorder = Recorder::new(duration, 0.6 * duration);
+        loaded.flight().unwrap().observe(scenario.ticks(), &mut recorder);
+        let figures = figures(&recorder, &scenario.controller, &vehicle);
         figures.iter().map(|figure| (figure.name, figure.svg(name))).collect()
     }
 

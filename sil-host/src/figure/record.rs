@@ -5,9 +5,9 @@ use ctrl_core::controller::Auxiliary;
 use glam::{DVec2, Vec3};
 
 use crate::trace::inertia_estimate;
-use sim::guarantee::lyapunov::Evaluation;
 use sim::guarantee::tracking::{rotation_angle, tilt_error};
-use sim::sample::Sample;
+use sim::observer::Observer;
+use sim::tick::Tick;
 
 /// First index of each recorded quantity; vectors take three, `q_e` four (scalar first).
 pub mod channel {
@@ -71,12 +71,12 @@ impl Window {
         Self { start, end, columns: vec![empty; columns] }
     }
 
-    fn push(&mut self, sample: &Sample, values: &[f32; channel::COUNT]) {
-        if !(self.start..=self.end).contains(&sample.time) {
+    fn push(&mut self, tick: &Tick, values: &[f32; channel::COUNT]) {
+        if !(self.start..=self.end).contains(&tick.time) {
             return;
         }
         let count = self.columns.len();
-        let place = (sample.time - self.start) / (self.end - self.start) * count as f64;
+        let place = (tick.time - self.start) / (self.end - self.start) * count as f64;
         let Some(column) = self.columns.get_mut((place as usize).min(count - 1)) else { return };
         for ((least, greatest), value) in
             column.least.iter_mut().zip(&mut column.greatest).zip(values)
@@ -84,8 +84,8 @@ impl Window {
             *least = if *value < *least { *value } else { *least };
             *greatest = if *value > *greatest { *value } else { *greatest };
         }
-        column.vehicle = sample.truth.position_world.truncate();
-        column.reference = sample.reference.position_world.as_dvec3().truncate();
+        column.vehicle = tick.truth.position_world.truncate();
+        column.reference = tick.reference.position_world.as_dvec3().truncate();
     }
 
     /// A line over time that touches least and greatest value in every column.
@@ -144,42 +144,45 @@ impl Recorder {
             first_lyapunov: None,
         }
     }
+}
 
-    /// Takes in one tick.
-    pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        let mut values = values(sample, evaluation);
+impl Observer for Recorder {
+    fn observe(&mut self, tick: &Tick) {
+        let evaluation = &tick.evaluation;
+        let mut values = values(tick);
         let first = *self.first_lyapunov.get_or_insert(evaluation.value);
         values[channel::LYAPUNOV] = (evaluation.value - first) as f32;
-        self.whole.push(sample, &values);
-        self.transient.push(sample, &values);
+        self.whole.push(tick, &values);
+        self.transient.push(tick, &values);
         if let Some(settled) = &mut self.settled {
-            settled.push(sample, &values);
+            settled.push(tick, &values);
         }
     }
 }
 
-fn values(sample: &Sample, evaluation: &Evaluation) -> [f32; channel::COUNT] {
+fn values(tick: &Tick) -> [f32; channel::COUNT] {
+    let evaluation = &tick.evaluation;
     let mut values = [0.0; channel::COUNT];
     let mut put = |channel: usize, vector: Vec3| {
         values[channel..channel + 3].copy_from_slice(&vector.to_array());
     };
     put(channel::POSITION_ERROR, evaluation.position_error.as_vec3());
     put(channel::ATTITUDE_ERROR + 1, evaluation.attitude_error.xyz().as_vec3());
-    put(channel::TORQUE, sample.output.wrench.torque_body);
-    put(channel::TORQUE_DEMAND, sample.output.torque_demand_body);
-    put(channel::INERTIA, inertia_estimate(&sample.estimates).as_vec3());
-    put(channel::AUXILIARY_RATE, sample.auxiliary.rate);
+    put(channel::TORQUE, tick.output.wrench.torque_body);
+    put(channel::TORQUE_DEMAND, tick.output.torque_demand_body);
+    put(channel::INERTIA, inertia_estimate(&tick.estimates).as_vec3());
+    put(channel::AUXILIARY_RATE, tick.auxiliary.rate);
     let mut put = |channel: usize, value: f64| values[channel] = value as f32;
     put(channel::ATTITUDE_ERROR, evaluation.attitude_error.w);
-    put(channel::THRUST, sample.output.wrench.thrust.into());
-    put(channel::MASS, 1.0 / f64::from(sample.estimates.inverse_mass));
-    if sample.auxiliary != Auxiliary::REST {
-        put(channel::AUXILIARY_ANGLE, rotation_angle(sample.auxiliary.attitude.as_dquat()));
+    put(channel::THRUST, tick.output.wrench.thrust.into());
+    put(channel::MASS, 1.0 / f64::from(tick.estimates.inverse_mass));
+    if tick.auxiliary != Auxiliary::REST {
+        put(channel::AUXILIARY_ANGLE, rotation_angle(tick.auxiliary.attitude.as_dquat()));
     }
     put(channel::LYAPUNOV_STATE, evaluation.value - evaluation.parameter_part);
-    put(channel::TILT, tilt_error(sample.truth.attitude, &sample.reference));
-    put(channel::HEIGHT, sample.truth.position_world.z);
-    put(channel::HEIGHT + 1, sample.reference.position_world.z.into());
+    put(channel::TILT, tilt_error(tick.truth.attitude, &tick.reference));
+    put(channel::HEIGHT, tick.truth.position_world.z);
+    put(channel::HEIGHT + 1, tick.reference.position_world.z.into());
     values
 }
 

@@ -1,12 +1,14 @@
 //! What a log says of the whole flight.
 
+use ctrl_core::controller::AdaptiveController;
 use ctrl_core::error::ConfigError;
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::Trajectory;
 use ctrl_core::vehicle::WrenchBounds;
 use link::Parameters;
 
-use sim::scenario::{ControllerConfig, LoadedScenario, Scenario, ScenarioError};
+use ctrl_core::controller::ControllerConfig;
+use sim::scenario::{LoadedScenario, Scenario, ScenarioError};
 
 /// The program's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -47,12 +49,12 @@ impl Description {
         Ok(Self {
             scenario: scenario.name.clone(),
             description: scenario.description.clone(),
-            controller: scenario.controller.kind(),
+            controller: scenario.controller.key(),
             seed: scenario.seed,
             toml: loaded.text().to_owned(),
             parameters: parameters(scenario),
             step_period: scenario.controller.step_period().into(),
-            bounds: loaded.flight()?.bounds(),
+            bounds: loaded.flight()?.controller().bounds(),
             path: path(scenario).map_err(|error| loaded.refusal(&error))?,
         })
     }

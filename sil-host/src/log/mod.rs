@@ -27,14 +27,13 @@ use std::path::Path;
 
 use ctrl_core::vehicle::WrenchBounds;
 
-use crate::cli::LogArguments;
 use description::Description;
 use format::Format;
 use moment::Moment;
 use note::{Note, StatusNotes};
 use sim::guarantee::Verdict;
-use sim::guarantee::lyapunov::Evaluation;
-use sim::sample::Sample;
+use sim::observer::Observer;
+use sim::tick::Tick;
 
 /// What each format does with what a flight shows.
 pub trait Writer: fmt::Debug {
@@ -55,6 +54,15 @@ pub trait Writer: fmt::Debug {
     /// # Errors
     /// When it cannot be written.
     fn finish(self: Box<Self>) -> io::Result<()>;
+}
+
+/// Options for the logs of a flight.
+#[derive(Clone, Debug, Default)]
+pub struct LogOptions {
+    /// Formats to write; none: no log.
+    pub formats: Vec<Format>,
+    /// Rate of the samples (Hz); the nearest one that is the control rate over a whole number.
+    pub rate: f64,
 }
 
 /// The logs of a flight in the making.
@@ -82,12 +90,12 @@ impl FlightLog {
     /// # Errors
     /// When a file cannot be made or its first bytes cannot be written.
     pub fn create(
-        arguments: &LogArguments,
+        options: &LogOptions,
         description: &Description,
         directory: &Path,
     ) -> io::Result<Self> {
         let mut files: Vec<LogFile> = Vec::new();
-        for format in &arguments.formats {
+        for format in &options.formats {
             let name = format.file_name();
             if files.iter().all(|file| file.name != name) {
                 let writer = open(*format, &directory.join(name), description);
@@ -95,26 +103,13 @@ impl FlightLog {
             }
         }
         Ok(Self {
-            every: ticks_between(arguments.rate, description.step_period),
+            every: ticks_between(options.rate, description.step_period),
             bounds: description.bounds,
             files,
             status: StatusNotes::default(),
             time: 0.0,
             error: None,
         })
-    }
-
-    /// Takes in one tick. Errors are kept for [`finish`](Self::finish).
-    pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        self.time = sample.time;
-        let mut notes = Vec::new();
-        self.status.observe(sample.output.status, sample.time, |note| notes.push(note));
-        notes.iter().for_each(|note| self.write(|writer| writer.note(note)));
-        if sample.tick.is_multiple_of(self.every) {
-            let bounds = self.bounds;
-            let moment = Moment { sample, evaluation, bounds: &bounds };
-            self.write(|writer| writer.moment(&moment));
-        }
     }
 
     /// Has every file written to, unless one has failed.
@@ -141,6 +136,21 @@ impl FlightLog {
         self.files.into_iter().try_for_each(|LogFile { name, writer }| {
             writer.finish().map_err(|error| named(name, &error))
         })
+    }
+}
+
+impl Observer for FlightLog {
+    /// Writes one tick. Errors are kept for [`finish`](FlightLog::finish).
+    fn observe(&mut self, tick: &Tick) {
+        self.time = tick.time;
+        let mut notes = Vec::new();
+        self.status.observe(tick.output.status, tick.time, |note| notes.push(note));
+        notes.iter().for_each(|note| self.write(|writer| writer.note(note)));
+        if tick.tick.is_multiple_of(self.every) {
+            let bounds = self.bounds;
+            let moment = Moment { tick, bounds: &bounds };
+            self.write(|writer| writer.moment(&moment));
+        }
     }
 }
 

@@ -1,19 +1,16 @@
-//! What a log may show of one tick.
+//! One tick as a log shows it, and the set-points derived from it.
 
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::WrenchBounds;
 use glam::{DMat3, DQuat, DVec3};
 
-use sim::guarantee::lyapunov::Evaluation;
-use sim::sample::Sample;
+use sim::tick::Tick;
 
 /// One tick of a flight with all that is derived from it.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment<'a> {
     /// The tick.
-    pub sample: &'a Sample,
-    /// V and the errors at it.
-    pub evaluation: &'a Evaluation,
+    pub tick: &'a Tick,
     /// The set in which every wrench of the controller lies.
     pub bounds: &'a WrenchBounds,
 }
@@ -22,14 +19,14 @@ impl Moment<'_> {
     /// The attitude at which the law's error would be none: `q_d`, for controller 2 `q_a ⊗ q_d`.
     #[must_use]
     pub fn attitude_setpoint(&self) -> DQuat {
-        self.sample.truth.attitude * self.evaluation.attitude_error.inverse()
+        self.tick.truth.attitude * self.tick.evaluation.attitude_error.inverse()
     }
 
     /// The body rate at which the law's error would be none: `mu`, for controller 2 `mu + w_a`
     /// (rad/s).
     #[must_use]
     pub fn rate_setpoint_body(&self) -> DVec3 {
-        self.sample.truth.rate_body - self.evaluation.rate_error
+        self.tick.truth.rate_body - self.tick.evaluation.rate_error
     }
 }
 

@@ -29,7 +29,7 @@ const ALL: &[&Topic] = &[
 ];
 
 const SAMPLED: Field =
-    field("timestamp_sample", "us", "as timestamp", Count(|m| microseconds(m.sample.time)));
+    field("timestamp_sample", "us", "as timestamp", Count(|m| microseconds(m.tick.time)));
 
 const VEHICLE_ATTITUDE: Topic = Topic {
     name: "vehicle_attitude",
@@ -40,7 +40,7 @@ const VEHICLE_ATTITUDE: Topic = Topic {
             "q",
             "-",
             "FRD to NED",
-            Quaternion(|m| scalar_first(ned_from_frd(m.sample.truth.attitude))),
+            Quaternion(|m| scalar_first(ned_from_frd(m.tick.truth.attitude))),
         ),
     ],
 };
@@ -50,7 +50,7 @@ const VEHICLE_ANGULAR_VELOCITY: Topic = Topic {
     what: "true body rate",
     fields: &[
         SAMPLED,
-        field("xyz", "rad/s", "FRD", Vector(|m| single(frd(m.sample.truth.rate_body)))),
+        field("xyz", "rad/s", "FRD", Vector(|m| single(frd(m.tick.truth.rate_body)))),
     ],
 };
 
@@ -69,7 +69,7 @@ const VEHICLE_LOCAL_POSITION: Topic = Topic {
             "heading",
             "rad",
             "from north, positive towards east",
-            Float(|m| yaw(ned_from_frd(m.sample.truth.attitude)) as f32),
+            Float(|m| yaw(ned_from_frd(m.tick.truth.attitude)) as f32),
         ),
     ],
 };
@@ -108,17 +108,17 @@ const VEHICLE_LOCAL_POSITION_SETPOINT: Topic = Topic {
     name: "vehicle_local_position_setpoint",
     what: "the reference",
     fields: &[
-        field("x", "m", "north", Float(|m| wanted(m.sample.reference.position_world).x)),
-        field("y", "m", "east", Float(|m| wanted(m.sample.reference.position_world).y)),
-        field("z", "m", "down", Float(|m| wanted(m.sample.reference.position_world).z)),
-        field("vx", "m/s", "north", Float(|m| wanted(m.sample.reference.velocity_world).x)),
-        field("vy", "m/s", "east", Float(|m| wanted(m.sample.reference.velocity_world).y)),
-        field("vz", "m/s", "down", Float(|m| wanted(m.sample.reference.velocity_world).z)),
+        field("x", "m", "north", Float(|m| wanted(m.tick.reference.position_world).x)),
+        field("y", "m", "east", Float(|m| wanted(m.tick.reference.position_world).y)),
+        field("z", "m", "down", Float(|m| wanted(m.tick.reference.position_world).z)),
+        field("vx", "m/s", "north", Float(|m| wanted(m.tick.reference.velocity_world).x)),
+        field("vy", "m/s", "east", Float(|m| wanted(m.tick.reference.velocity_world).y)),
+        field("vz", "m/s", "down", Float(|m| wanted(m.tick.reference.velocity_world).z)),
         field(
             "acceleration",
             "m/s^2",
             "NED",
-            Vector(|m| wanted(m.sample.reference.acceleration_world)),
+            Vector(|m| wanted(m.tick.reference.acceleration_world)),
         ),
         field("yaw", "rad", "heading of the reference", Float(wanted_yaw)),
     ],
@@ -128,15 +128,15 @@ const TRAJECTORY_SETPOINT: Topic = Topic {
     name: "trajectory_setpoint",
     what: "the reference, as PX4's offboard control takes it",
     fields: &[
-        field("position", "m", "NED", Vector(|m| wanted(m.sample.reference.position_world))),
-        field("velocity", "m/s", "NED", Vector(|m| wanted(m.sample.reference.velocity_world))),
+        field("position", "m", "NED", Vector(|m| wanted(m.tick.reference.position_world))),
+        field("velocity", "m/s", "NED", Vector(|m| wanted(m.tick.reference.velocity_world))),
         field(
             "acceleration",
             "m/s^2",
             "NED",
-            Vector(|m| wanted(m.sample.reference.acceleration_world)),
+            Vector(|m| wanted(m.tick.reference.acceleration_world)),
         ),
-        field("jerk", "m/s^3", "NED", Vector(|m| wanted(m.sample.reference.jerk_world))),
+        field("jerk", "m/s^3", "NED", Vector(|m| wanted(m.tick.reference.jerk_world))),
         field("yaw", "rad", "heading of the reference", Float(wanted_yaw)),
     ],
 };
@@ -154,11 +154,11 @@ const VEHICLE_TORQUE_SETPOINT: Topic = Topic {
 };
 
 fn position(m: &Moment<'_>) -> Vec3 {
-    single(ned(m.sample.truth.position_world))
+    single(ned(m.tick.truth.position_world))
 }
 
 fn velocity(m: &Moment<'_>) -> Vec3 {
-    single(ned(m.sample.truth.velocity_world))
+    single(ned(m.tick.truth.velocity_world))
 }
 
 fn rates(m: &Moment<'_>) -> Vec3 {
@@ -170,14 +170,14 @@ fn wanted(world: Vec3) -> Vec3 {
 }
 
 fn wanted_yaw(m: &Moment<'_>) -> f32 {
-    yaw(ned_from_frd(reference_attitude(&m.sample.reference))) as f32
+    yaw(ned_from_frd(reference_attitude(&m.tick.reference))) as f32
 }
 
 fn normalised_thrust(m: &Moment<'_>) -> Vec3 {
-    let thrust = f64::from(m.sample.output.wrench.thrust / m.bounds.thrust_max);
+    let thrust = f64::from(m.tick.output.wrench.thrust / m.bounds.thrust_max);
     single(frd(thrust * DVec3::Z))
 }
 
 fn normalised_torque(m: &Moment<'_>) -> Vec3 {
-    single(frd((m.sample.output.wrench.torque_body / m.bounds.torque_max).as_dvec3()))
+    single(frd((m.tick.output.wrench.torque_body / m.bounds.torque_max).as_dvec3()))
 }

@@ -1,8 +1,8 @@
 //! Faults of the line between host and vehicle, injected by a seeded schedule.
 
 use std::collections::VecDeque;
+use std::str::FromStr;
 
-use clap::ValueEnum;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
@@ -14,7 +14,7 @@ pub const DELAY: u64 = 8;
 pub const GARBAGE_MAX: u64 = 300;
 
 /// What may happen to a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// It does not arrive.
     Lost,
@@ -45,8 +45,35 @@ impl Fault {
     ];
 }
 
-/// Which frames are damaged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+impl FromStr for Fault {
+    type Err = String;
+
+    /// The fault of that name in lower case.
+    fn from_str(name: &str) -> Result<Self, String> {
+        let named = |fault: &Self| format!("{fault:?}").eq_ignore_ascii_case(name);
+        Self::ALL.into_iter().find(named).ok_or_else(|| {
+            let known = Self::ALL.map(|fault| format!("{fault:?}").to_lowercase());
+            format!("no fault `{name}`: choose from {}", known.join(", "))
+        })
+    }
+}
+
+impl FromStr for FaultDirection {
+    type Err = String;
+
+    /// `up`, `down` or `both`.
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "up" => Ok(Self::Up),
+            "down" => Ok(Self::Down),
+            "both" => Ok(Self::Both),
+            _ => Err(format!("no direction `{name}`: choose from up, down, both")),
+        }
+    }
+}
+
+/// The damaged direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FaultDirection {
     /// Those to the vehicle.
     #[default]

@@ -5,12 +5,12 @@
 //! and [`on_vehicle`] stands in SIL's closed loop for the controller. [`comparison`] holds every tick
 //! against the law on the host. A [`recording`] keeps both byte streams of a flight, to [`replay`] them.
 
-pub mod command;
 pub mod comparison;
 pub mod cost;
 pub mod emulator;
 pub mod error;
 pub mod fault;
+pub mod flight;
 pub mod line;
 pub mod lockstep;
 pub mod on_vehicle;
@@ -19,5 +19,4 @@ pub mod replay;
 pub mod session;
 pub mod set_up;
 
-pub use command::pil;
 pub use error::PilError;

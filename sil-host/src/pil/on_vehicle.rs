@@ -2,7 +2,9 @@
 
 use std::cell::RefCell;
 
-use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, StepOutput, TrackingController};
+use ctrl_core::controller::{
+    AdaptiveController, Auxiliary, Estimates, Intermediates, StepOutput, TrackingController,
+};
 use ctrl_core::mode::{Command, Mode};
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{VehicleState, WrenchBounds};
@@ -97,7 +99,7 @@ pub struct Memory<S> {
     heard: Option<Step>,
 }
 
-impl<C: TrackingController> OnVehicle<'_, '_, C> {
+impl<C: AdaptiveController> OnVehicle<'_, '_, C> {
     fn step_of(&self, output: StepOutput, state: &C::State) -> Step {
         Step {
             output,
@@ -108,13 +110,28 @@ impl<C: TrackingController> OnVehicle<'_, '_, C> {
     }
 }
 
-impl<C: TrackingController> TrackingController for OnVehicle<'_, '_, C> {
+impl<C: AdaptiveController> TrackingController for OnVehicle<'_, '_, C> {
     type State = Memory<C::State>;
 
     fn initial_state(&self) -> Self::State {
         Memory { law: self.law.initial_state(), heard: None }
     }
 
+    fn step(
+        &self,
+        state: &mut Self::State,
+        vehicle: &VehicleState,
+        reference: &Reference,
+    ) -> StepOutput {
+        self.step_observed(state, vehicle, reference, |_| {})
+    }
+
+    fn step_period(&self) -> f32 {
+        self.law.step_period()
+    }
+}
+
+impl<C: AdaptiveController> AdaptiveController for OnVehicle<'_, '_, C> {
     fn step_observed(
         &self,
         state: &mut Self::State,
@@ -145,10 +162,6 @@ impl<C: TrackingController> TrackingController for OnVehicle<'_, '_, C> {
                 output
             }
         }
-    }
-
-    fn step_period(&self) -> f32 {
-        self.law.step_period()
     }
 
     fn reference_acceleration_max(&self) -> f32 {

@@ -1,9 +1,7 @@
 //! A [`Recording`] fed back: to the image, which must say the same again, and to the law on the host.
 
-use ctrl_core::controller::TrackingController;
+use ctrl_core::controller::AdaptiveController;
 use ctrl_core::mode::Mode;
-use ctrl_core::robust_adaptive::RobustAdaptive;
-use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::Trajectory;
 use ctrl_core::vehicle::VehicleState;
 use link::{Decoder, Downlink, Encoder, Identity, MAX_FRAME, Message, Telemetry, Uplink};
@@ -13,7 +11,7 @@ use super::comparison::{Difference, Step, first_difference};
 use super::emulator::Emulator;
 use super::lockstep::{Lockstep, PATIENCE};
 use super::recording::{Direction, Recording};
-use sim::scenario::{ControllerConfig, LoadedScenario, Scenario};
+use sim::scenario::{LoadedScenario, Scenario};
 
 /// How a replay went.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,19 +52,11 @@ fn on_host(
 ) -> Result<(u64, Option<Difference>), PilError> {
     let refusal = |error| loaded.refusal(&error);
     let scenario = loaded.scenario();
-    match &scenario.controller {
-        ControllerConfig::RobustAdaptive(config) => {
-            let law = RobustAdaptive::new(config).map_err(refusal)?;
-            steps(&law, recording, scenario).map_err(|error| refusal(error).into())
-        }
-        ControllerConfig::Saturated(config) => {
-            let law = Saturated::new(config).map_err(refusal)?;
-            steps(&law, recording, scenario).map_err(|error| refusal(error).into())
-        }
-    }
+    let law = scenario.controller.build().map_err(refusal)?;
+    steps(&law, recording, scenario).map_err(|error| refusal(error).into())
 }
 
-fn steps<C: TrackingController>(
+fn steps<C: AdaptiveController>(
     law: &C,
     recording: &Recording,
     scenario: &Scenario,

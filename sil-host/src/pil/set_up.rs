@@ -7,7 +7,8 @@ use link::{ControllerKind, Parameters, TrajectorySelection, Uplink};
 
 use super::PilError;
 use super::session::Session;
-use sim::scenario::{ControllerConfig, Scenario};
+use ctrl_core::controller::ControllerConfig;
+use sim::scenario::Scenario;
 
 /// Ticks of good samples before arming, more than the vehicle asks for.
 const FRESH_TICKS: usize = 60;

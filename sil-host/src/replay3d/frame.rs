@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use sim::guarantee::tracking::{rotation_angle, tilt_error};
-use sim::sample::Sample;
+use sim::tick::Tick;
 
 /// One instant of a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,16 +23,16 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// What of `sample` a page shows.
+    /// What of `tick` a page shows.
     #[must_use]
-    pub fn of(sample: &Sample) -> Self {
+    pub fn of(tick: &Tick) -> Self {
         Self {
-            time: sample.time,
-            position_world: sample.truth.position_world,
-            attitude: sample.truth.attitude,
-            reference_world: sample.reference.position_world.as_dvec3(),
-            thrust: f64::from(sample.output.wrench.thrust),
-            tilt_error: tilt_error(sample.truth.attitude, &sample.reference),
+            time: tick.time,
+            position_world: tick.truth.position_world,
+            attitude: tick.truth.attitude,
+            reference_world: tick.reference.position_world.as_dvec3(),
+            thrust: f64::from(tick.output.wrench.thrust),
+            tilt_error: tilt_error(tick.truth.attitude, &tick.reference),
         }
     }
 

@@ -1,8 +1,8 @@
 //! Keeps frames of a flight within a bound on their number, whatever its length.
 
 use super::frame::{Frame, Step};
-use sim::closed_loop::Observer;
-use sim::sample::Sample;
+use sim::observer::Observer;
+use sim::tick::Tick;
 
 /// What a frame may differ from the one before, as long as there is room [rad, N].
 const STEP_ANGLE: f64 = 0.15;
@@ -74,9 +74,9 @@ impl FrameRecorder {
 }
 
 impl Observer for FrameRecorder {
-    fn observe(&mut self, sample: &Sample) {
-        if sample.tick.is_multiple_of(STRIDE) {
-            self.push(Frame::of(sample));
+    fn observe(&mut self, tick: &Tick) {
+        if tick.tick.is_multiple_of(STRIDE) {
+            self.push(Frame::of(tick));
         }
     }
 }

@@ -82,26 +82,15 @@ mod tests {
     use std::io::{self, Write};
 
     use super::*;
-    use sim::guarantee::lyapunov::Evaluator;
-    use sim::sample::Sample;
     use sim::scenario::LoadedScenario;
 
     /// The first `seconds` of a built-in scenario as CSV text.
     fn trace(name: &str, changes: &[&str], ticks: u64, every: u64) -> String {
-        struct Watch(Evaluator, TraceWriter<Vec<u8>>);
-        impl sim::closed_loop::Observer for Watch {
-            fn observe(&mut self, sample: &Sample) {
-                let evaluation = self.0.evaluate(sample);
-                self.1.observe(sample, &evaluation);
-            }
-        }
         let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
         let loaded = LoadedScenario::open(name, &changes).unwrap();
-        let scenario = loaded.scenario();
-        let evaluator = Evaluator::new(&scenario.controller, &scenario.vehicle.into());
-        let mut watch = Watch(evaluator, TraceWriter::new(Vec::new(), every).unwrap());
-        loaded.flight().unwrap().advance(ticks, &mut watch);
-        let (bytes, rows) = watch.1.finish().unwrap();
+        let mut writer = TraceWriter::new(Vec::new(), every).unwrap();
+        loaded.flight().unwrap().observe(ticks, &mut writer);
+        let (bytes, rows) = writer.finish().unwrap();
         assert_eq!(rows, ticks.div_ceil(every));
         String::from_utf8(bytes).unwrap()
     }

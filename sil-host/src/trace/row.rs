@@ -4,8 +4,7 @@ use ctrl_core::controller::Estimates;
 use glam::{DQuat, DVec3, Vec3};
 
 use super::COLUMNS;
-use sim::guarantee::lyapunov::Evaluation;
-use sim::sample::Sample;
+use sim::tick::Tick;
 
 /// How many columns are `f32`: all but tick, time, V, its part and the status.
 pub(super) const SINGLES: usize = COLUMNS.len() - 5;
@@ -22,19 +21,19 @@ pub(super) struct Row {
 
 impl Row {
     /// The tick's row.
-    pub fn new(sample: &Sample, evaluation: &Evaluation) -> Self {
+    pub fn new(tick: &Tick) -> Self {
         Self {
-            tick: sample.tick,
-            time: sample.time,
-            singles: singles(sample, evaluation),
-            lyapunov: [evaluation.value, evaluation.parameter_part],
-            status: sample.output.status.bits(),
+            tick: tick.tick,
+            time: tick.time,
+            singles: singles(tick),
+            lyapunov: [tick.evaluation.value, tick.evaluation.parameter_part],
+            status: tick.output.status.bits(),
         }
     }
 }
 
-fn singles(sample: &Sample, evaluation: &Evaluation) -> [f32; SINGLES] {
-    let Sample { truth, reference, output, applied, estimates, auxiliary, .. } = sample;
+fn singles(tick: &Tick) -> [f32; SINGLES] {
+    let Tick { truth, reference, output, applied, estimates, auxiliary, evaluation, .. } = tick;
     let mut singles = Singles { numbers: [0.0; SINGLES], count: 0 };
     singles.vector(truth.position_world.as_vec3());
     singles.vector(truth.velocity_world.as_vec3());

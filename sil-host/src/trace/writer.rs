@@ -7,8 +7,8 @@ use std::thread::{Builder, JoinHandle};
 
 use super::row::Row;
 use super::text::Text;
-use sim::guarantee::lyapunov::Evaluation;
-use sim::sample::Sample;
+use sim::observer::Observer;
+use sim::tick::Tick;
 
 /// Rows that are handed over together.
 const BATCH: usize = 256;
@@ -51,19 +51,6 @@ impl<W: Write + Send + 'static> TraceWriter<W> {
         })
     }
 
-    /// Writes the tick if it is due. Errors are kept for [`finish`](Self::finish).
-    #[inline]
-    pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        if !sample.tick.is_multiple_of(self.every) || self.stopped {
-            return;
-        }
-        self.batch.push(Row::new(sample, evaluation));
-        self.rows += 1;
-        if self.batch.len() == BATCH {
-            self.hand_over();
-        }
-    }
-
     fn hand_over(&mut self) {
         let empty = self.empty.try_recv().unwrap_or_else(|_| Vec::with_capacity(BATCH));
         let batch = core::mem::replace(&mut self.batch, empty);
@@ -81,6 +68,21 @@ impl<W: Write + Send + 'static> TraceWriter<W> {
         drop(self.full);
         let out = self.thread.join().unwrap_or_else(|panic| resume_unwind(panic))?;
         Ok((out, self.rows))
+    }
+}
+
+impl<W: Write + Send + 'static> Observer for TraceWriter<W> {
+    /// Writes the tick if it is due. Errors are kept for [`finish`](TraceWriter::finish).
+    #[inline]
+    fn observe(&mut self, tick: &Tick) {
+        if !tick.tick.is_multiple_of(self.every) || self.stopped {
+            return;
+        }
+        self.batch.push(Row::new(tick));
+        self.rows += 1;
+        if self.batch.len() == BATCH {
+            self.hand_over();
+        }
     }
 }
 

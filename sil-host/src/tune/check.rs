@@ -9,7 +9,8 @@ use serde::Serialize;
 
 use super::proposal::Proposal;
 use crate::campaign::{
-    Campaign, CampaignError, Definition, Outcome, Sampling, VariantDefinition, Vary, fly,
+    Campaign, CampaignError, CampaignOverrides, Definition, RunOutcome, Sampling,
+    VariantDefinition, Vary, fly_run,
 };
 
 /// Steepest start of a check flight (deg).
@@ -57,7 +58,7 @@ pub fn check(proposal: &Proposal) -> Result<Check, CampaignError> {
     let campaign = campaign(proposal)?;
     let columns = campaign.guarantees();
     let runs: Vec<_> =
-        (0..campaign.runs()).into_par_iter().map(|index| fly(&campaign, index)).collect();
+        (0..campaign.runs()).into_par_iter().map(|index| fly_run(&campaign, index)).collect();
     let rows: Vec<_> = runs.into_iter().flat_map(|run| run.rows).collect();
     let judged = columns.iter().enumerate().filter(|(_, it)| it.name.ends_with("after settling"));
     let comparisons = judged.zip(proposal.bounds()).map(|((column, it), predicted)| Comparison {
@@ -66,14 +67,14 @@ pub fn check(proposal: &Proposal) -> Result<Check, CampaignError> {
         observed: rows.iter().map(|row| row.guarantees[column].observed).fold(None, worse),
         unit: it.unit,
     });
-    let failed = rows.iter().filter(|row| row.outcome != Outcome::Held);
+    let failed = rows.iter().filter(|row| row.outcome != RunOutcome::Held);
     let reasons = failed.map(|row| {
         let variant = &campaign.variants()[row.variant].name;
         format!("run {}, {variant}: {}", row.seed, row.reason)
     });
     Ok(Check {
         flights: rows.len() as u32,
-        held: rows.iter().filter(|row| row.outcome == Outcome::Held).count() as u32,
+        held: rows.iter().filter(|row| row.outcome == RunOutcome::Held).count() as u32,
         comparisons: comparisons.collect(),
         reasons: reasons.collect(),
     })
@@ -96,7 +97,7 @@ pub fn campaign(proposal: &Proposal) -> Result<Campaign, CampaignError> {
     let name = format!("{}-check", proposal.request.name);
     let text = toml_edit::ser::to_string_pretty(&definition(proposal, &name))
         .expect("a definition is plain TOML");
-    Campaign::parse(&name, &text, Path::new(""), &[], &[])
+    Campaign::parse(&name, &text, Path::new(""), &CampaignOverrides::default(), &[])
 }
 
 fn definition(proposal: &Proposal, name: &str) -> Definition {
@@ -118,7 +119,7 @@ fn definition(proposal: &Proposal, name: &str) -> Definition {
         uniform: Some(crate::campaign::Range { lower, upper }),
         ..Vary::default()
     };
-    let estimate = format!("controller.{}.initial.inertia", proposal.law.kind());
+    let estimate = format!("controller.{}.initial.inertia", proposal.law.key());
     let mass =
         Vary { path: "vehicle.mass".to_owned(), values: Some(ends(known.mass)), ..Vary::default() };
     Definition {

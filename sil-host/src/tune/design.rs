@@ -13,8 +13,8 @@ use super::infeasible::{Infeasible, Mend};
 use super::request::{Limits, Request};
 use super::room::{acceleration, auxiliary_gain};
 use super::survey::{LoopSurvey, Which};
+use ctrl_core::controller::ControllerConfig;
 use sim::number::number;
-use sim::scenario::ControllerConfig;
 
 const G: f64 = GRAVITY as f64;
 

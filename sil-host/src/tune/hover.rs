@@ -16,7 +16,7 @@ use ctrl_core::vehicle::{GRAVITY, Uncertainty};
 use glam::{DMat4, DVec4};
 
 use super::pole::{Pole, eigenvalues};
-use sim::scenario::ControllerConfig;
+use ctrl_core::controller::ControllerConfig;
 
 const G: f64 = GRAVITY as f64;
 

@@ -4,8 +4,8 @@ use core::fmt;
 
 use super::digits::{rounded_down, rounded_up};
 use super::request::Request;
+use ctrl_core::controller::ControllerConfig;
 use sim::number::number;
-use sim::scenario::ControllerConfig;
 
 /// By how much a value is moved at a time until it mends the request, and how often at most.
 const GROWTH: f64 = 1.04;

@@ -19,11 +19,9 @@ use core::fmt;
 use std::path::PathBuf;
 
 use crate::campaign::CampaignError;
-use crate::cli::TuneArguments;
-use check::{Check, check};
 use infeasible::Infeasible;
 use proposal::Proposal;
-use request::Request;
+use request::{Request, WantedOptions};
 use sim::scenario::{LoadedScenario, ScenarioError};
 
 /// Why nothing was proposed or written.
@@ -52,31 +50,15 @@ impl fmt::Display for TuneError {
 
 impl core::error::Error for TuneError {}
 
-/// Proposes gains, checks them, prints and writes them; whether they pass everything.
+/// Proposes gains for a vehicle file or a scenario; the proposal's own scenario can be flown.
 ///
 /// # Errors
 /// See [`TuneError`].
-pub fn tune(arguments: &TuneArguments) -> Result<bool, TuneError> {
-    let request =
-        Request::open(&arguments.vehicle, arguments.wanted()).map_err(TuneError::Request)?;
+pub fn propose(vehicle: &str, wanted: WantedOptions) -> Result<Proposal, TuneError> {
+    let request = Request::open(vehicle, wanted).map_err(TuneError::Request)?;
     let proposal = Proposal::new(request).map_err(TuneError::Infeasible)?;
-    let text = proposal.scenario();
-    // The scenario is read as `run` reads it: what is written can be flown.
-    LoadedScenario::parse(&proposal.request.name, &text, &[]).map_err(TuneError::Request)?;
-    if let Some(path) = &arguments.write {
-        std::fs::write(path, &text)
-            .map_err(|error| TuneError::Output(path.clone(), error.to_string()))?;
-    }
-    if !arguments.no_check && !arguments.quiet {
-        eprintln!("{}: flying the check", proposal.request.name);
-    }
-    let checked =
-        if arguments.no_check { None } else { Some(check(&proposal).map_err(TuneError::Check)?) };
-    let passed = checked.as_ref().is_none_or(Check::passed);
-    if arguments.json {
-        println!("{}", report::json(&proposal, checked.as_ref(), passed));
-    } else if !arguments.quiet {
-        print!("{}", report::table(&proposal, checked.as_ref()));
-    }
-    Ok(passed)
+    // The scenario is read as `run` reads it.
+    LoadedScenario::parse(&proposal.request.name, &proposal.scenario(), &[])
+        .map_err(TuneError::Request)?;
+    Ok(proposal)
 }

@@ -9,7 +9,7 @@ use super::infeasible::Infeasible;
 use super::request::Request;
 use super::survey::{LoopSurvey, Which};
 use super::ultimate::Ultimate;
-use sim::scenario::ControllerConfig;
+use ctrl_core::controller::ControllerConfig;
 
 /// Time constants of the slowest mode after which the start counts as forgotten.
 const FORGOTTEN: f64 = 10.0;
@@ -131,7 +131,7 @@ lyapunov_window = 1.0           # V may not rise over it outside its ultimate se
 #[must_use]
 pub fn controller(law: &ControllerConfig) -> String {
     let mut text = String::new();
-    let kind = law.kind();
+    let kind = law.key();
     let mut line = |value: f32, name: &str, comment: &str| {
         let assignment = format!("{name} = {value:?}");
         let _ = writeln!(text, "{assignment:<40}# {comment}");

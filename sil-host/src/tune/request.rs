@@ -5,8 +5,9 @@ use ctrl_core::vehicle::{GRAVITY, InitialEstimate, Interval, Uncertainty};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use ctrl_core::controller::ControllerConfig;
 use sim::scenario::document::TomlText;
-use sim::scenario::{BuiltIn, ControllerConfig, LoadedScenario, Scenario, ScenarioError};
+use sim::scenario::{BuiltIn, LoadedScenario, Scenario, ScenarioError};
 
 /// Everything that gains are made from.
 #[derive(Clone, Debug, PartialEq, Serialize)]

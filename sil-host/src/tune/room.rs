@@ -2,6 +2,7 @@
 
 use ctrl_core::config::CascadeGains;
 use ctrl_core::vehicle::GRAVITY;
+use sim::guarantee::bounds::ThrustBounds;
 
 use super::design::assembled;
 use super::digits::rounded_down;

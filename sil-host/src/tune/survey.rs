@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::hover::{Corner, Hover, Loop};
 use super::pole::Pole;
-use sim::scenario::ControllerConfig;
+use ctrl_core::controller::ControllerConfig;
 
 /// Slopes of a smooth sign as shares of its slope at zero: large signals, middling ones, small ones.
 const SLOPES: [f64; 3] = [0.0, 0.3, 1.0];

@@ -11,8 +11,8 @@ use serde::Serialize;
 use super::hover::{Corner, Hover};
 use super::peak::{Disturbances, Peaks, peaks};
 use super::survey::{Which, nominal};
+use ctrl_core::controller::ControllerConfig;
 use sim::guarantee::lyapunov::SMOOTHING;
-use sim::scenario::ControllerConfig;
 
 /// Bounds of the errors of the whole vehicle; none where the method gives none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use sil_host::campaign::{Campaign, Results, Row, fly, header, line, report};
+use sil_host::campaign::{
+    Campaign, CampaignOverrides, CampaignResults, Row, fly_run, header, line, report,
+};
 
 const RUNS: u32 = 40;
 
@@ -39,7 +41,8 @@ uniform = { lower = -1.0, upper = 1.0 }
 /// The campaign with so many runs.
 pub fn campaign(runs: u32) -> Campaign {
     let text = CAMPAIGN.replace("RUNS", &runs.to_string());
-    Campaign::parse("small.toml", &text, Path::new(""), &[], &[]).expect("a campaign")
+    Campaign::parse("small.toml", &text, Path::new(""), &CampaignOverrides::default(), &[])
+        .expect("a campaign")
 }
 
 /// An empty directory.
@@ -52,7 +55,7 @@ pub fn directory(name: &str) -> PathBuf {
 
 /// Every row of the campaign.
 pub fn rows(campaign: &Campaign) -> Vec<Row> {
-    (0..campaign.runs()).flat_map(|index| fly(campaign, index).rows).collect()
+    (0..campaign.runs()).flat_map(|index| fly_run(campaign, index).rows).collect()
 }
 
 /// Writes results and report; the path of the report.
@@ -61,7 +64,7 @@ pub fn reported(name: &str, campaign: &Campaign, rows: &[Row]) -> PathBuf {
     let table: String = rows.iter().map(|row| line(campaign, row)).collect();
     std::fs::write(directory.join("campaign.toml"), campaign.text()).expect("written");
     std::fs::write(directory.join("runs.csv"), header(campaign) + &table).expect("written");
-    let results = Results::open(&directory).expect("results");
+    let results = CampaignResults::open(&directory).expect("results");
     report::write(&results).expect("a report")
 }
 

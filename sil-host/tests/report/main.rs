@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use browser::Browser;
 use serde_json::{Value, json};
-use sil_host::campaign::Outcome;
+use sil_host::campaign::RunOutcome;
 
 /// Share of the pixels of the `n`-th canvas below `section` that differ from the most frequent one.
 const DRAWN: &str = "((section, n) => {
@@ -202,7 +202,7 @@ fn it_tells_the_counts_of_the_table() {
     let campaign = fixture::campaign(40);
     let rows = fixture::rows(&campaign);
     let page = std::fs::read_to_string(fixture::report()).expect("the report");
-    let violated = rows.iter().filter(|row| row.outcome == Outcome::Violated).count();
+    let violated = rows.iter().filter(|row| row.outcome == RunOutcome::Violated).count();
     assert!(violated > 0 && violated < rows.len(), "{violated} of {} violated", rows.len());
     assert!(page.contains(&format!("{violated} of {} flights violated", rows.len())));
     let worst = campaign.guarantees().iter().position(|it| it.name.starts_with("position error"));

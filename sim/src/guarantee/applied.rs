@@ -1,10 +1,10 @@
 //! What the rotors really do, where a scenario says that they do otherwise than commanded.
 
 use super::Monitor;
-use super::lyapunov::Evaluation;
 use super::verdict::{Extreme, Requirement, Verdict};
+use crate::observer::Observer;
 use crate::plant::actuation::{ActuationConfig, Limits};
-use crate::sample::Sample;
+use crate::tick::Tick;
 
 /// Thrust and torque that act stay within what the rotors can give, and how often a command does not.
 #[derive(Clone, Copy, Debug)]
@@ -42,25 +42,27 @@ impl Applied {
     }
 }
 
-impl Monitor for Applied {
-    fn observe(&mut self, sample: &Sample, _: &Evaluation) {
+impl Observer for Applied {
+    fn observe(&mut self, tick: &Tick) {
         if !self.shown {
             return;
         }
-        let applied = &sample.applied;
+        let applied = &tick.applied;
         match self.thrust_requirement() {
-            Requirement::Information => self.thrust.highest(applied.thrust, sample.time),
-            limited => self.thrust.tightest(applied.thrust, sample.time, limited),
+            Requirement::Information => self.thrust.highest(applied.thrust, tick.time),
+            limited => self.thrust.tightest(applied.thrust, tick.time, limited),
         };
         for component in applied.torque_body.abs().to_array() {
-            self.torque.highest(component, sample.time);
+            self.torque.highest(component, tick.time);
         }
-        if self.limits.is_some_and(|limits| limits.cut(&sample.output.wrench)) {
+        if self.limits.is_some_and(|limits| limits.cut(&tick.output.wrench)) {
             self.cut += 1;
-            self.latest_cut = sample.time;
+            self.latest_cut = tick.time;
         }
     }
+}
 
+impl Monitor for Applied {
     fn verdicts(&self) -> Vec<Verdict> {
         if !self.shown {
             return Vec::new();

@@ -3,11 +3,11 @@
 use ctrl_core::controller::Auxiliary;
 
 use super::Monitor;
-use super::lyapunov::Evaluation;
 use super::verdict::{Extreme, Requirement, Verdict};
 use crate::norm::Norm;
-use crate::sample::Sample;
-use crate::scenario::ControllerConfig;
+use crate::observer::Observer;
+use crate::tick::Tick;
+use ctrl_core::controller::ControllerConfig;
 
 /// Information: peak and latest angle of `q_a` and length of `w_a`; rest is zero for both.
 #[derive(Clone, Copy, Debug)]
@@ -27,19 +27,21 @@ impl AuxiliaryRest {
     }
 }
 
-impl Monitor for AuxiliaryRest {
-    fn observe(&mut self, sample: &Sample, _: &Evaluation) {
+impl Observer for AuxiliaryRest {
+    fn observe(&mut self, tick: &Tick) {
         if !self.shown {
             return;
         }
-        self.latest = (sample.auxiliary, sample.time);
-        let sine = sample.auxiliary.attitude.xyz().length_squared();
+        self.latest = (tick.auxiliary, tick.time);
+        let sine = tick.auxiliary.attitude.xyz().length_squared();
         let beyond = |(peak, _): (Auxiliary, f64)| sine > peak.attitude.xyz().length_squared();
         if self.peak.is_none_or(beyond) {
             self.peak = Some(self.latest);
         }
     }
+}
 
+impl Monitor for AuxiliaryRest {
     fn verdicts(&self) -> Vec<Verdict> {
         if !self.shown {
             return Vec::new();

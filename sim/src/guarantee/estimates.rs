@@ -2,11 +2,11 @@
 
 use ctrl_core::vehicle::Interval;
 
-use super::lyapunov::Evaluation;
 use super::verdict::{Extreme, Requirement, Verdict};
 use super::{Monitor, ROUNDING};
-use crate::sample::Sample;
-use crate::scenario::ControllerConfig;
+use crate::observer::Observer;
+use crate::tick::Tick;
+use ctrl_core::controller::ControllerConfig;
 
 /// The projections hold: mass, inertia (both laws report it) and gyroscopic ratios (controller 2).
 #[derive(Clone, Copy, Debug)]
@@ -44,25 +44,27 @@ fn set(interval: Interval) -> Requirement {
     )
 }
 
-impl Monitor for EstimateSets {
-    fn observe(&mut self, sample: &Sample, _: &Evaluation) {
-        let estimates = &sample.estimates;
+impl Observer for EstimateSets {
+    fn observe(&mut self, tick: &Tick) {
+        let estimates = &tick.estimates;
         let mass = f64::from(estimates.inverse_mass).recip();
-        self.mass.1.tightest(mass, sample.time, self.mass.0);
+        self.mass.1.tightest(mass, tick.time, self.mass.0);
         let inertia = match self.ratio {
             None => estimates.inertia.as_dvec3(),
             Some(_) => estimates.inverse_inertia.as_dvec3().recip(),
         };
         for component in inertia.to_array() {
-            self.inertia.1.tightest(component, sample.time, self.inertia.0);
+            self.inertia.1.tightest(component, tick.time, self.inertia.0);
         }
         if let Some((requirement, extreme)) = &mut self.ratio {
             for component in estimates.gyroscopic_ratio.to_array() {
-                extreme.tightest(component.into(), sample.time, *requirement);
+                extreme.tightest(component.into(), tick.time, *requirement);
             }
         }
     }
+}
 
+impl Monitor for EstimateSets {
     fn verdicts(&self) -> Vec<Verdict> {
         let [mass, inertia] = self.equations;
         let row = |name, equation, unit, (requirement, extreme)| {

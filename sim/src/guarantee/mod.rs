@@ -1,13 +1,13 @@
 //! The guarantees of the two theorems, checked tick by tick against the plant's truth.
 //!
-//! A file a monitor. Each sees every [`Sample`] with its Lyapunov [`Evaluation`] and ends in rows
-//! of the verdict table; `docs/guarantees.md` derives what each one may promise.
+//! One file per monitor. Each observes every [`Tick`] and ends in rows of the verdict table;
+//! `docs/guarantees.md` derives the bounds.
 
 pub mod angle;
 pub mod applied;
 pub mod auxiliary;
+pub mod bounds;
 pub mod estimates;
-mod law;
 pub mod lyapunov;
 pub mod status;
 pub mod tracking;
@@ -19,13 +19,15 @@ pub mod test_flight;
 #[cfg(test)]
 mod tests;
 
+use std::fmt::Debug;
+
+use ctrl_core::controller::ControllerConfig;
 use serde::{Deserialize, Serialize};
 
+use crate::observer::Observer;
 use crate::plant::PlantParameters;
 use crate::plant::actuation::ActuationConfig;
-use crate::sample::Sample;
-use crate::scenario::{ControllerConfig, Scenario};
-use lyapunov::Evaluation;
+use crate::tick::Tick;
 pub use verdict::{Requirement, Verdict};
 
 /// Relative difference that rounding to `f32` may make between a bound and what it bounds.
@@ -49,36 +51,33 @@ pub struct GuaranteeConfig {
     pub lyapunov_window: f64,
 }
 
-/// Watches one guarantee.
-pub trait Monitor {
-    /// Called once a tick, in order.
-    fn observe(&mut self, sample: &Sample, evaluation: &Evaluation);
-
+/// The check of one guarantee: an observer that ends in rows of the table.
+pub trait Monitor: Observer + Debug {
     /// The rows of the table so far.
     fn verdicts(&self) -> Vec<Verdict>;
 }
 
-/// Every monitor of a flight.
-#[derive(Clone, Debug)]
+/// Every monitor of a flight: the built-in ones, and any that the caller adds.
+#[derive(Debug)]
 pub struct Guarantees {
+    applied: applied::Applied,
+    tracking: tracking::Tracking,
+    status: status::Faults,
+    law: Option<LawMonitors>,
+    added: Vec<Box<dyn Monitor + Send>>,
+}
+
+/// Monitors of the theorems, for a law of the paper.
+#[derive(Clone, Debug)]
+struct LawMonitors {
     thrust: wrench::Thrust,
     torque: wrench::Torque,
-    applied: applied::Applied,
     estimates: estimates::EstimateSets,
-    tracking: tracking::Tracking,
     auxiliary: auxiliary::AuxiliaryRest,
     lyapunov: lyapunov::LyapunovMonitor,
-    status: status::Faults,
 }
 
 impl Guarantees {
-    /// The monitors of a flight of `scenario`.
-    #[must_use]
-    pub fn of(scenario: &Scenario) -> Self {
-        let Scenario { guarantees, controller, vehicle, .. } = scenario;
-        Self::new(guarantees, controller, &(*vehicle).into(), &scenario.effective_actuation())
-    }
-
     /// The monitors that `law` calls for on a vehicle with `parameters` and `actuation`.
     #[must_use]
     pub fn new(
@@ -87,39 +86,69 @@ impl Guarantees {
         parameters: &PlantParameters,
         actuation: &ActuationConfig,
     ) -> Self {
-        Self {
+        let monitors = LawMonitors {
             thrust: wrench::Thrust::new(law),
             torque: wrench::Torque::new(law),
-            applied: applied::Applied::new(actuation),
             estimates: estimates::EstimateSets::new(law),
-            tracking: tracking::Tracking::new(config),
             auxiliary: auxiliary::AuxiliaryRest::new(law),
             lyapunov: lyapunov::LyapunovMonitor::new(config, law, parameters, actuation),
+        };
+        Self { law: Some(monitors), ..Self::of_any_controller(config, actuation) }
+    }
+
+    /// The monitors that need no law of the paper: tracking errors, limits of the rotors, faults.
+    #[must_use]
+    pub fn of_any_controller(config: &GuaranteeConfig, actuation: &ActuationConfig) -> Self {
+        Self {
+            applied: applied::Applied::new(actuation),
+            tracking: tracking::Tracking::new(config),
             status: status::Faults::default(),
+            law: None,
+            added: Vec::new(),
         }
     }
 
-    /// Passes one tick to every monitor.
-    pub fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        self.thrust.observe(sample, evaluation);
-        self.torque.observe(sample, evaluation);
-        self.applied.observe(sample, evaluation);
-        self.estimates.observe(sample, evaluation);
-        self.tracking.observe(sample, evaluation);
-        self.auxiliary.observe(sample, evaluation);
-        self.lyapunov.observe(sample, evaluation);
-        self.status.observe(sample, evaluation);
+    /// Adds a monitor of the caller's; its rows follow the built-in ones.
+    #[must_use]
+    pub fn with(mut self, monitor: impl Monitor + Send + 'static) -> Self {
+        self.added.push(Box::new(monitor));
+        self
     }
 
     /// The whole table.
     #[must_use]
     pub fn verdicts(&self) -> Vec<Verdict> {
-        self.monitors().iter().flat_map(|monitor| monitor.verdicts()).collect()
+        let Self { applied, tracking, status, law, added } = self;
+        let mut monitors: Vec<&dyn Monitor> = Vec::new();
+        if let Some(LawMonitors { thrust, torque, .. }) = law {
+            monitors.extend([thrust as &dyn Monitor, torque]);
+        }
+        monitors.push(applied);
+        if let Some(LawMonitors { estimates, .. }) = law {
+            monitors.push(estimates);
+        }
+        monitors.push(tracking);
+        if let Some(LawMonitors { auxiliary, lyapunov, .. }) = law {
+            monitors.extend([auxiliary as &dyn Monitor, lyapunov]);
+        }
+        monitors.push(status);
+        let built_in = monitors.into_iter().flat_map(Monitor::verdicts);
+        built_in.chain(added.iter().flat_map(|monitor| monitor.verdicts())).collect()
     }
+}
 
-    fn monitors(&self) -> [&dyn Monitor; 8] {
-        let Self { thrust, torque, applied, estimates, tracking, auxiliary, lyapunov, status } =
-            self;
-        [thrust, torque, applied, estimates, tracking, auxiliary, lyapunov, status]
+impl Observer for Guarantees {
+    fn observe(&mut self, tick: &Tick) {
+        if let Some(law) = &mut self.law {
+            law.thrust.observe(tick);
+            law.torque.observe(tick);
+            law.estimates.observe(tick);
+            law.auxiliary.observe(tick);
+            law.lyapunov.observe(tick);
+        }
+        self.applied.observe(tick);
+        self.tracking.observe(tick);
+        self.status.observe(tick);
+        self.added.iter_mut().for_each(|monitor| monitor.observe(tick));
     }
 }

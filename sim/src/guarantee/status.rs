@@ -3,9 +3,9 @@
 use ctrl_core::controller::StepStatus;
 
 use super::Monitor;
-use super::lyapunov::Evaluation;
 use super::verdict::{Extreme, Requirement, Verdict};
-use crate::sample::Sample;
+use crate::observer::Observer;
+use crate::tick::Tick;
 
 /// Counts the steps with a flag of [`StepStatus::FAULT`]; none is allowed.
 #[derive(Clone, Copy, Debug, Default)]
@@ -14,12 +14,14 @@ pub struct Faults {
     latest: Extreme,
 }
 
-impl Monitor for Faults {
-    fn observe(&mut self, sample: &Sample, _: &Evaluation) {
-        self.count += u64::from(sample.output.status.intersects(StepStatus::FAULT));
-        self.latest.highest(self.count as f64, sample.time);
+impl Observer for Faults {
+    fn observe(&mut self, tick: &Tick) {
+        self.count += u64::from(tick.output.status.intersects(StepStatus::FAULT));
+        self.latest.highest(self.count as f64, tick.time);
     }
+}
 
+impl Monitor for Faults {
     fn verdicts(&self) -> Vec<Verdict> {
         let row = ("steps with a fault", "-", "steps");
         vec![Verdict::new(row, Requirement::AtMost(0.0), self.latest)]

@@ -1,18 +1,17 @@
 //! Real flights for the monitors' tests, which may tamper with what controller and plant exchange.
 
 use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
-use ctrl_core::controller::{Intermediates, TrackingController};
-use ctrl_core::robust_adaptive::RobustAdaptive;
-use ctrl_core::saturated::Saturated;
+use ctrl_core::controller::{AdaptiveController, Intermediates};
 use ctrl_core::trajectory::{RisingCircle, RisingCircleConfig, Trajectory};
 use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty};
 use glam::{DQuat, DVec3, Vec3};
 
-use crate::plant::disturbance::{DisturbanceConfig, DisturbanceProcess};
+use crate::evaluation::Evaluation;
+use crate::plant::disturbance::{DisturbanceConfig, DisturbanceProcess, DisturbanceSource};
 use crate::plant::rigid_body::RigidBody;
 use crate::plant::{PlantParameters, PlantState};
-use crate::sample::Sample;
-use crate::scenario::ControllerConfig;
+use crate::tick::Tick;
+use ctrl_core::controller::ControllerConfig;
 
 /// True parameters of the vehicle under test.
 pub const VEHICLE: PlantParameters =
@@ -70,13 +69,13 @@ pub fn saturated(step_period: f32) -> SaturatedConfig {
     }
 }
 
-/// Flies the paper's circle for `seconds`; `tamper` may change each sample before `observe` and the
+/// Flies the paper's circle for `seconds`; `tamper` may change each tick before `observe` and the
 /// plant see it.
-pub fn fly<C: TrackingController>(
+pub fn fly<C: AdaptiveController>(
     controller: &C,
     seconds: f64,
-    mut tamper: impl FnMut(&mut Sample),
-    mut observe: impl FnMut(&Sample),
+    mut tamper: impl FnMut(&mut Tick),
+    mut observe: impl FnMut(&Tick),
 ) {
     let dt = f64::from(controller.step_period());
     let circle =
@@ -101,9 +100,9 @@ pub fn fly<C: TrackingController>(
         let output = controller.step_observed(&mut state, &truth.measured(), &reference, |seen| {
             intermediates = *seen;
         });
-        let disturbance = disturbances.advance();
+        let disturbance = disturbances.advance(&truth);
         let time = tick as f64 * dt;
-        let mut sample = Sample {
+        let mut tick = Tick {
             tick,
             time,
             truth,
@@ -114,28 +113,23 @@ pub fn fly<C: TrackingController>(
             estimates,
             auxiliary,
             disturbance,
+            law: true,
+            evaluation: Evaluation::default(),
         };
-        tamper(&mut sample);
-        observe(&sample);
-        truth = body.advance(&truth, &sample.output.wrench, &sample.disturbance);
+        tamper(&mut tick);
+        observe(&tick);
+        truth = body.advance(&truth, &tick.output.wrench, &tick.disturbance);
     }
 }
 
-/// [`fly`] with whichever controller `config` configures.
+/// [`fly`] with the controller that `config` configures.
 pub fn fly_either(
     config: &ControllerConfig,
     seconds: f64,
-    tamper: impl FnMut(&mut Sample),
-    observe: impl FnMut(&Sample),
+    tamper: impl FnMut(&mut Tick),
+    observe: impl FnMut(&Tick),
 ) {
-    match config {
-        ControllerConfig::RobustAdaptive(config) => {
-            fly(&RobustAdaptive::new(config).unwrap(), seconds, tamper, observe);
-        }
-        ControllerConfig::Saturated(config) => {
-            fly(&Saturated::new(config).unwrap(), seconds, tamper, observe);
-        }
-    }
+    fly(&config.build().unwrap(), seconds, tamper, observe);
 }
 
 /// Both controllers at the same step.
@@ -146,9 +140,9 @@ pub fn both(step_period: f32) -> [ControllerConfig; 2] {
     ]
 }
 
-/// One sample of the start of a flight, to be changed at will.
-pub fn sample(config: &ControllerConfig) -> Sample {
+/// One tick of the start of a flight, to be changed at will.
+pub fn sample(config: &ControllerConfig) -> Tick {
     let mut first = None;
-    fly_either(config, f64::from(config.step_period()), |_| {}, |sample| first = Some(*sample));
+    fly_either(config, f64::from(config.step_period()), |_| {}, |tick| first = Some(*tick));
     first.unwrap()
 }

@@ -17,11 +17,11 @@ const CONFIG: GuaranteeConfig = GuaranteeConfig {
 };
 
 /// Names of the rows that fail after one sample, changed by `change`.
-fn failing(config: &ControllerConfig, change: impl FnOnce(&mut Sample)) -> Vec<&'static str> {
+fn failing(config: &ControllerConfig, change: impl FnOnce(&mut Tick)) -> Vec<&'static str> {
     let mut sample = sample(config);
     change(&mut sample);
     let mut guarantees = Guarantees::new(&CONFIG, config, &VEHICLE, &ActuationConfig::default());
-    guarantees.observe(&sample, &Evaluator::new(config, &VEHICLE).evaluate(&sample));
+    guarantees.observe(&Evaluator::new(config, &VEHICLE).evaluated(&sample));
     let rows = guarantees.verdicts();
     // One sample has no next one: the balance of V has nothing to say yet.
     let judged = rows.iter().filter(|row| !row.name.contains('V'));
@@ -38,14 +38,14 @@ fn an_honest_sample_passes() {
 #[test]
 fn thrust_and_torque_beyond_their_bounds_fail() {
     let [first, second] = both(0.001);
-    let thrust = |thrust| move |sample: &mut Sample| sample.output.wrench.thrust = thrust;
+    let thrust = |thrust| move |sample: &mut Tick| sample.output.wrench.thrust = thrust;
     assert_eq!(failing(&first, thrust(1.05)), ["thrust, lowest"]);
     assert_eq!(failing(&first, thrust(24.2)), ["thrust, highest"]);
     assert_eq!(failing(&second, thrust(11.95)), ["thrust, highest"]);
     let beyond = ["thrust, highest", "thrust, highest, against M_f"];
     assert_eq!(failing(&second, thrust(12.01)), beyond);
     assert_eq!(failing(&first, thrust(f32::NAN)), ["thrust, lowest", "thrust, highest"]);
-    let torque = |sample: &mut Sample| sample.output.wrench.torque_body.y = -0.050_001;
+    let torque = |sample: &mut Tick| sample.output.wrench.torque_body.y = -0.050_001;
     assert_eq!(failing(&second, torque), ["torque about y, peak"]);
     assert_eq!(failing(&first, torque), [""; 0], "controller 1 has no such bound");
 }
@@ -55,22 +55,22 @@ fn estimates_outside_their_sets_fail() {
     let [first, second] = both(0.001);
     assert_eq!(failing(&first, |s| s.estimates.inverse_mass = 0.999), ["mass estimate"]);
     assert_eq!(failing(&first, |s| s.estimates.inertia.z = 0.0299), ["inertia estimate"]);
-    let theta = |s: &mut Sample| s.estimates.inverse_inertia.x = 1.0 / 0.1201;
+    let theta = |s: &mut Tick| s.estimates.inverse_inertia.x = 1.0 / 0.1201;
     assert_eq!(failing(&second, theta), ["inertia estimate"]);
-    let ratio = |s: &mut Sample| s.estimates.gyroscopic_ratio = Vec3::new(0.0, -1.0001, 0.0);
+    let ratio = |s: &mut Tick| s.estimates.gyroscopic_ratio = Vec3::new(0.0, -1.0001, 0.0);
     assert_eq!(failing(&second, ratio), ["gyroscopic ratio estimate"]);
 }
 
 #[test]
 fn errors_of_the_true_vehicle_and_faults_fail() {
     let [first, _] = both(0.001);
-    let moved = |s: &mut Sample| s.truth.position_world += DVec3::new(6.0, 0.0, 0.0);
+    let moved = |s: &mut Tick| s.truth.position_world += DVec3::new(6.0, 0.0, 0.0);
     assert_eq!(failing(&first, moved), ["position error after settling"]);
-    let tilted = |s: &mut Sample| s.truth.attitude *= DQuat::from_rotation_y(0.6);
+    let tilted = |s: &mut Tick| s.truth.attitude *= DQuat::from_rotation_y(0.6);
     assert_eq!(failing(&first, tilted), ["tilt error (b3, b3d) after settling"]);
-    let yawed = |s: &mut Sample| s.truth.attitude *= DQuat::from_rotation_z(0.6);
+    let yawed = |s: &mut Tick| s.truth.attitude *= DQuat::from_rotation_z(0.6);
     assert_eq!(failing(&first, yawed), ["heading error (b2, b2d) after settling"]);
-    let fault = |s: &mut Sample| s.output.status |= StepStatus::STATE_INVALID;
+    let fault = |s: &mut Tick| s.output.status |= StepStatus::STATE_INVALID;
     assert_eq!(failing(&first, fault), ["steps with a fault"]);
 }
 
@@ -80,7 +80,7 @@ fn a_flight_that_ends_before_it_may_settle_fails() {
     let config = GuaranteeConfig { settle_time: 1.0, ..CONFIG };
     let mut guarantees = Guarantees::new(&config, &first, &VEHICLE, &ActuationConfig::default());
     let sample = sample(&first);
-    guarantees.observe(&sample, &Evaluator::new(&first, &VEHICLE).evaluate(&sample));
+    guarantees.observe(&Evaluator::new(&first, &VEHICLE).evaluated(&sample));
     let rows = guarantees.verdicts();
     let row = rows.iter().find(|row| row.name.starts_with("position error")).unwrap();
     assert!(!row.pass && row.observed.is_none());

@@ -4,11 +4,11 @@ use ctrl_core::reference::Reference;
 use glam::{DQuat, DVec3};
 
 use super::angle::{Angle, LargestAngle};
-use super::lyapunov::Evaluation;
 use super::verdict::{Extreme, Requirement, Verdict};
 use super::{GuaranteeConfig, Monitor};
 use crate::norm::Norm;
-use crate::sample::Sample;
+use crate::observer::Observer;
+use crate::tick::Tick;
 
 /// Position, attitude, tilt and heading error after `settle_time`.
 #[derive(Clone, Copy, Debug)]
@@ -59,18 +59,21 @@ pub fn rotation_angle(error: DQuat) -> f64 {
     2.0 * Angle::half_turn(error).radians()
 }
 
-impl Monitor for Tracking {
-    fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        if sample.time < self.config.settle_time {
+impl Observer for Tracking {
+    fn observe(&mut self, tick: &Tick) {
+        let evaluation = &tick.evaluation;
+        if tick.time < self.config.settle_time {
             return;
         }
-        let attitude = sample.truth.attitude;
-        self.position.highest(evaluation.position_error.norm(), sample.time);
-        self.attitude.observe(Angle::half_turn(evaluation.attitude_error), sample.time);
-        self.tilt.observe(tilt(attitude, &sample.reference), sample.time);
-        self.heading.observe(heading(attitude, &sample.reference), sample.time);
+        let attitude = tick.truth.attitude;
+        self.position.highest(evaluation.position_error.norm(), tick.time);
+        self.attitude.observe(Angle::half_turn(evaluation.attitude_error), tick.time);
+        self.tilt.observe(tilt(attitude, &tick.reference), tick.time);
+        self.heading.observe(heading(attitude, &tick.reference), tick.time);
     }
+}
 
+impl Monitor for Tracking {
     fn verdicts(&self) -> Vec<Verdict> {
         let row = |name, equation, unit, bound, extreme| {
             Verdict::new((name, equation, unit), Requirement::AtMost(bound), extreme)

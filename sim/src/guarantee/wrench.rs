@@ -1,10 +1,11 @@
 //! Thrust (19), (20), (7) and torque (8): the commands that the plant is given.
 
-use super::lyapunov::Evaluation;
 use super::verdict::{Extreme, Requirement, Verdict};
 use super::{Monitor, ROUNDING};
-use crate::sample::Sample;
-use crate::scenario::ControllerConfig;
+use crate::guarantee::bounds::ThrustBounds;
+use crate::observer::Observer;
+use crate::tick::Tick;
+use ctrl_core::controller::ControllerConfig;
 
 /// The thrust stays positive, above (19), below (20), and below `M_f` where there is one.
 #[derive(Clone, Copy, Debug)]
@@ -23,20 +24,22 @@ impl Thrust {
         Self {
             lower: law.thrust_lower_bound() * (1.0 - ROUNDING),
             upper: law.thrust_upper_bound() * (1.0 + ROUNDING),
-            limit: law.thrust_max(),
+            limit: law.thrust_max().map(f64::from),
             lowest: Extreme::default(),
             highest: Extreme::default(),
         }
     }
 }
 
-impl Monitor for Thrust {
-    fn observe(&mut self, sample: &Sample, _: &Evaluation) {
-        let thrust = f64::from(sample.output.wrench.thrust);
-        self.lowest.lowest(thrust, sample.time);
-        self.highest.highest(thrust, sample.time);
+impl Observer for Thrust {
+    fn observe(&mut self, tick: &Tick) {
+        let thrust = f64::from(tick.output.wrench.thrust);
+        self.lowest.lowest(thrust, tick.time);
+        self.highest.highest(thrust, tick.time);
     }
+}
 
+impl Monitor for Thrust {
     fn verdicts(&self) -> Vec<Verdict> {
         let at_most = Requirement::AtMost;
         let mut rows = vec![
@@ -65,18 +68,20 @@ impl Torque {
     /// With the limit of `law`.
     #[must_use]
     pub fn new(law: &ControllerConfig) -> Self {
-        Self { limit: law.torque_max(), peaks: [Extreme::default(); 3] }
+        Self { limit: law.torque_max().map(f64::from), peaks: [Extreme::default(); 3] }
+    }
+}
+
+impl Observer for Torque {
+    fn observe(&mut self, tick: &Tick) {
+        let torque = tick.output.wrench.torque_body.to_array();
+        for (peak, component) in self.peaks.iter_mut().zip(torque) {
+            peak.highest(f64::from(component.abs()), tick.time);
+        }
     }
 }
 
 impl Monitor for Torque {
-    fn observe(&mut self, sample: &Sample, _: &Evaluation) {
-        let torque = sample.output.wrench.torque_body.to_array();
-        for (peak, component) in self.peaks.iter_mut().zip(torque) {
-            peak.highest(f64::from(component.abs()), sample.time);
-        }
-    }
-
     fn verdicts(&self) -> Vec<Verdict> {
         let (requirement, equation) = match self.limit {
             Some(limit) => (Requirement::AtMost(limit), "(8)"),

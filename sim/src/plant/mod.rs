@@ -6,6 +6,7 @@
 pub mod actuation;
 pub mod disturbance;
 pub mod rigid_body;
+pub mod vehicle;
 
 use ctrl_core::vehicle::VehicleState;
 use glam::{DQuat, DVec3};

@@ -52,13 +52,35 @@ impl TomlText {
         let parsed: Result<DocumentMut, _> = self.effective.parse();
         let mut document = parsed.map_err(|error| self.error(&[], with_hint(error.message())))?;
         for change in changes.iter().map(AsRef::as_ref) {
-            let path = make(document.as_table_mut(), change).map_err(|(key, message)| {
-                let origin = Origin::Override(change.to_owned());
-                ScenarioError { origin, key, message }
-            })?;
-            self.overrides.push(Override { path, written: change.to_owned() });
+            self.change(&mut document, change, format!("--set {change}"))?;
         }
         self.effective = document.to_string();
+        Ok(())
+    }
+
+    /// Makes one change `path=value`; errors call it `written`, the option that asked for it.
+    ///
+    /// # Errors
+    /// When the path leads nowhere.
+    pub fn set_option(&mut self, change: &str, written: &str) -> Result<(), ScenarioError> {
+        let parsed: Result<DocumentMut, _> = self.effective.parse();
+        let mut document = parsed.map_err(|error| self.error(&[], with_hint(error.message())))?;
+        self.change(&mut document, change, written.to_owned())?;
+        self.effective = document.to_string();
+        Ok(())
+    }
+
+    fn change(
+        &mut self,
+        document: &mut DocumentMut,
+        change: &str,
+        written: String,
+    ) -> Result<(), ScenarioError> {
+        let path = make(document.as_table_mut(), change).map_err(|(key, message)| {
+            let origin = Origin::Override(written.clone());
+            ScenarioError { origin, key, message }
+        })?;
+        self.overrides.push(Override { path, written });
         Ok(())
     }
 

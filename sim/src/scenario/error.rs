@@ -23,7 +23,7 @@ pub enum Origin {
         /// Line, counted from one.
         line: Option<usize>,
     },
-    /// In a change of a value on the command line: `path=value`.
+    /// In an option of the program that changed a value, such as `--set path=value`.
     Override(String),
 }
 
@@ -32,7 +32,7 @@ impl fmt::Display for Origin {
         match self {
             Self::File { name, line: Some(line) } => write!(out, "{name}:{line}"),
             Self::File { name, line: None } => out.write_str(name),
-            Self::Override(change) => write!(out, "--set {change}"),
+            Self::Override(option) => out.write_str(option),
         }
     }
 }
@@ -49,17 +49,22 @@ impl fmt::Display for ScenarioError {
 
 impl std::error::Error for ScenarioError {}
 
-/// A deserializer's message with what the writer may have meant.
+/// The known name that is most like `unknown`, if any is like it.
+pub(super) fn nearest<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .map(|known| (strsim::jaro_winkler(unknown, known), known))
+        .filter(|(likeness, _)| *likeness > 0.75)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, known)| known)
+}
+
+/// A deserializer's message with the nearest known name.
 pub(super) fn with_hint(message: &str) -> String {
     let message = message.replace('\n', ", ");
     if message.starts_with("unknown field") || message.starts_with("unknown variant") {
         let mut quoted = message.split('`').skip(1).step_by(2);
         let unknown = quoted.next().unwrap_or_default();
-        let nearest = quoted
-            .map(|known| (strsim::jaro_winkler(unknown, known), known))
-            .filter(|(likeness, _)| *likeness > 0.75)
-            .max_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((_, known)) = nearest {
+        if let Some(known) = nearest(unknown, quoted) {
             return format!("{message}; did you mean `{known}`?");
         }
     }

@@ -1,84 +1,62 @@
 //! From a scenario to a vehicle at the first tick.
 
-use ctrl_core::controller::TrackingController;
+use ctrl_core::controller::{AnyController, TrackingController};
 use ctrl_core::error::ConfigError;
-use ctrl_core::robust_adaptive::RobustAdaptive;
-use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::AnyTrajectory;
-use ctrl_core::vehicle::WrenchBounds;
 
-use super::{ControllerConfig, Scenario};
-use crate::closed_loop::{Flight, Observer};
+use super::Scenario;
+use crate::closed_loop::Flight;
+use crate::guarantee::Guarantees;
+use crate::guarantee::lyapunov::Evaluator;
+use crate::plant::PlantParameters;
 use crate::plant::actuation::Actuators;
 use crate::plant::disturbance::DisturbanceProcess;
 use crate::plant::rigid_body::RigidBody;
-use crate::plant::{PlantParameters, PlantState};
+use crate::plant::vehicle::Vehicle;
 
-/// A flight of whichever controller the scenario chose.
-#[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant, reason = "there is one of it, and it never moves in flight")]
-pub enum AnyFlight {
-    /// Controller 1 flies.
-    RobustAdaptive(Flight<RobustAdaptive, AnyTrajectory>),
-    /// Controller 2 flies.
-    Saturated(Flight<Saturated, AnyTrajectory>),
-}
+/// The flight of a scenario with the controller that it configures.
+pub type ScenarioFlight = Flight<AnyController, AnyTrajectory>;
 
-macro_rules! of_either {
-    ($flight:expr, $inner:ident => $value:expr) => {
-        match $flight {
-            AnyFlight::RobustAdaptive($inner) => $value,
-            AnyFlight::Saturated($inner) => $value,
-        }
-    };
-}
-
-impl AnyFlight {
-    /// The vehicle of `scenario` at the first tick.
+impl Scenario {
+    /// The vehicle at the first tick.
     ///
     /// # Errors
     /// The parameter that the controller or the trajectory refuses.
-    pub fn new(scenario: &Scenario) -> Result<Self, ConfigError> {
-        Ok(match &scenario.controller {
-            ControllerConfig::RobustAdaptive(config) => {
-                Self::RobustAdaptive(start(RobustAdaptive::new(config)?, scenario)?)
-            }
-            ControllerConfig::Saturated(config) => {
-                Self::Saturated(start(Saturated::new(config)?, scenario)?)
-            }
-        })
+    pub fn flight(&self) -> Result<ScenarioFlight, ConfigError> {
+        use ctrl_core::controller::AdaptiveController;
+        let controller = self.controller.build()?;
+        controller.accept(&self.trajectory.build(controller.step_period())?)?;
+        Ok(flight_with(controller, self)?.with_evaluator(self.evaluator()))
     }
 
-    /// Flies `ticks` control ticks; `observer` sees each of them.
-    pub fn advance<O: Observer>(&mut self, ticks: u64, observer: &mut O) {
-        of_either!(self, flight => flight.advance(ticks, observer));
-    }
-
-    /// The set in which every wrench of the controller lies.
+    /// The evaluator of the Lyapunov function for the configured controller on the true vehicle.
     #[must_use]
-    pub fn bounds(&self) -> WrenchBounds {
-        of_either!(self, flight => flight.controller().bounds())
+    pub fn evaluator(&self) -> Evaluator {
+        Evaluator::new(&self.controller, &self.vehicle.into())
     }
 
-    /// The plant's state now.
+    /// The monitors of a flight with the configured controller.
     #[must_use]
-    pub fn truth(&self) -> &PlantState {
-        of_either!(self, flight => flight.truth())
+    pub fn monitors(&self) -> Guarantees {
+        let Self { guarantees, controller, vehicle, .. } = self;
+        Guarantees::new(guarantees, controller, &(*vehicle).into(), &self.effective_actuation())
     }
 }
 
-/// The vehicle of `scenario` at the first tick, with another controller in place of its own.
-pub fn start<C: TrackingController>(
+/// The vehicle of `scenario` at the first tick, under a controller in place of the configured one.
+///
+/// # Errors
+/// The parameter that the trajectory refuses.
+pub fn flight_with<C: TrackingController>(
     controller: C,
     scenario: &Scenario,
 ) -> Result<Flight<C, AnyTrajectory>, ConfigError> {
     let trajectory = scenario.trajectory.build(controller.step_period())?;
-    controller.accept(&trajectory)?;
     let period = f64::from(controller.step_period());
     let parameters = PlantParameters::from(scenario.vehicle);
     let body = RigidBody::new(&parameters, period, scenario.plant_steps_per_tick);
     let actuators = Actuators::new(&scenario.actuation, &parameters, &body);
     let disturbance = DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period);
-    let flight = Flight::new(controller, trajectory, body, disturbance, scenario.initial.state());
-    Ok(flight.with_actuators(actuators))
+    let vehicle = Vehicle::new(body, actuators, scenario.initial.state());
+    Ok(Flight::new(controller, trajectory, vehicle, disturbance))
 }

@@ -6,7 +6,8 @@ use ctrl_core::error::ConfigError;
 
 use super::document::TomlText;
 use super::error::{Origin, ScenarioError};
-use super::{AnyFlight, BUILT_IN, BuiltIn, Scenario, validation};
+use super::name::not_found;
+use super::{BUILT_IN, BuiltIn, Scenario, ScenarioFlight, validation};
 
 /// A scenario that has been read and checked, and the text it came from.
 #[derive(Clone, Debug)]
@@ -25,8 +26,8 @@ impl LoadedScenario {
             return Self::parse(name, built_in.text, changes);
         }
         let text = std::fs::read_to_string(Path::new(name)).map_err(|error| {
-            let known: Vec<_> = BUILT_IN.iter().map(|scenario| scenario.name).collect();
-            let message = format!("{error}; built-in scenarios: {}", known.join(", "));
+            let known = BUILT_IN.iter().map(|scenario| scenario.name);
+            let message = not_found(name, &error, "scenarios", known);
             let origin = Origin::File { name: name.to_owned(), line: None };
             ScenarioError { origin, key: String::new(), message }
         })?;
@@ -85,14 +86,14 @@ impl LoadedScenario {
     ///
     /// # Errors
     /// Names the parameter that controller or trajectory refuse.
-    pub fn flight(&self) -> Result<AnyFlight, ScenarioError> {
-        AnyFlight::new(&self.scenario).map_err(|error| self.refusal(&error))
+    pub fn flight(&self) -> Result<ScenarioFlight, ScenarioError> {
+        self.scenario.flight().map_err(|error| self.refusal(&error))
     }
 
     /// Finds the key that a validating constructor refused: `parameter` is a path below the
     /// controller or the trajectory, or an expression of several.
     pub fn refusal(&self, error: &ConfigError) -> ScenarioError {
-        let controller = keys("controller", self.scenario.controller.kind());
+        let controller = keys("controller", self.scenario.controller.key());
         let terms = error.parameter.split_whitespace().filter_map(|term| term.split('[').next());
         let written = terms
             .flat_map(|term| [keys(&controller.join("."), term), keys("trajectory", term)])

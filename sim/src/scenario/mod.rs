@@ -8,18 +8,18 @@ mod error;
 mod flight;
 mod initial;
 mod loaded;
+mod name;
 mod validation;
 
 pub use built_in::{BUILT_IN, BuiltIn, DEFAULT_SCENARIOS};
 pub use error::{Origin, ScenarioError};
-pub use flight::AnyFlight;
-pub use flight::start;
+pub use flight::{ScenarioFlight, flight_with};
 pub use initial::InitialCondition;
 pub use loaded::LoadedScenario;
+pub use name::{check_name, not_found};
 
-use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::controller::ControllerConfig;
 use ctrl_core::trajectory::TrajectoryConfig;
-use ctrl_core::vehicle::{InitialEstimate, Uncertainty};
 use glam::DVec3;
 use serde::Deserialize;
 
@@ -72,54 +72,6 @@ pub struct VehicleConfig {
 impl From<VehicleConfig> for PlantParameters {
     fn from(VehicleConfig { mass, inertia }: VehicleConfig) -> Self {
         Self { mass, inertia }
-    }
-}
-
-/// Which controller flies, and its configuration.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ControllerConfig {
-    /// Controller 1 (Theorem 1).
-    RobustAdaptive(RobustAdaptiveConfig),
-    /// Controller 2 (Theorem 2).
-    Saturated(SaturatedConfig),
-}
-
-impl ControllerConfig {
-    /// Its key in a scenario file.
-    #[must_use]
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::RobustAdaptive(_) => "robust_adaptive",
-            Self::Saturated(_) => "saturated",
-        }
-    }
-
-    /// What the controller is told of vehicle and disturbance.
-    #[must_use]
-    pub fn uncertainty(&self) -> &Uncertainty {
-        match self {
-            Self::RobustAdaptive(config) => &config.uncertainty,
-            Self::Saturated(config) => &config.uncertainty,
-        }
-    }
-
-    /// Estimates at the first step.
-    #[must_use]
-    pub fn initial(&self) -> &InitialEstimate {
-        match self {
-            Self::RobustAdaptive(config) => &config.initial,
-            Self::Saturated(config) => &config.initial,
-        }
-    }
-
-    /// The fixed step (s).
-    #[must_use]
-    pub fn step_period(&self) -> f32 {
-        match self {
-            Self::RobustAdaptive(config) => config.step_period,
-            Self::Saturated(config) => config.step_period,
-        }
     }
 }
 

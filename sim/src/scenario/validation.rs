@@ -1,6 +1,7 @@
 //! What serde cannot check: ranges of the harness's own fields, and the theorems' assumptions.
 
 use super::Scenario;
+use crate::guarantee::bounds::ThrustBounds;
 use crate::number::number;
 use crate::plant::actuation::ActuationConfig;
 
@@ -20,6 +21,24 @@ pub(super) fn first_fault(scenario: &Scenario) -> Option<(&'static str, String)>
         .find(|check| !(check.value.is_finite() && (check.holds)(check.value)))
         .map(|check| (check.path, format!("{} must be {}", check.value, check.bound)))
         .or_else(|| first_infinite_vector(scenario).map(|path| (path, "must be finite".to_owned())))
+        .or_else(|| super::check_name(&scenario.name).err().map(|message| ("name", message)))
+        .or_else(|| impossible_inertia(scenario).map(|message| ("vehicle.inertia", message)))
+}
+
+/// How far a moment of inertia may exceed the sum of the other two: measured values are rounded, and
+/// those of the paper's own vehicle exceed it by 0.92 %.
+const INERTIA_TOLERANCE: f64 = 0.01;
+
+/// Principal moments of inertia that no rigid body has: one exceeds the sum of the other two.
+fn impossible_inertia(scenario: &Scenario) -> Option<String> {
+    let inertia = scenario.vehicle.inertia;
+    let (sum, largest) = (inertia.element_sum(), inertia.max_element());
+    (largest > (1.0 + INERTIA_TOLERANCE) * (sum - largest)).then(|| {
+        let [x, y, z] = inertia.to_array();
+        format!(
+            "no rigid body has [{x}, {y}, {z}]: each moment is at most the sum of the other two"
+        )
+    })
 }
 
 fn checks(scenario: &Scenario) -> Vec<Check> {
@@ -139,9 +158,14 @@ fn unlike_the_command(scenario: &Scenario) -> Vec<String> {
         }
     };
     if let Some(limits) = actuation.limits() {
-        let thrust = law.thrust_upper_bound().min(law.thrust_max().unwrap_or(f64::INFINITY));
+        let thrust =
+            law.thrust_upper_bound().min(law.thrust_max().map(f64::from).unwrap_or(f64::INFINITY));
         demand(limits.thrust_max, thrust, "N of thrust");
-        demand(limits.torque_max, law.torque_max().unwrap_or(f64::INFINITY), "N m about an axis");
+        demand(
+            limits.torque_max,
+            law.torque_max().map(f64::from).unwrap_or(f64::INFINITY),
+            "N m about an axis",
+        );
     }
     let acting = |time: Option<f64>| time.filter(|&time| time > 0.0).map(number);
     sentences.extend(acting(actuation.delay).map(|time| format!("commands act {time} s late")));

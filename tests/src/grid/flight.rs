@@ -3,10 +3,9 @@
 use std::sync::Mutex;
 use std::thread;
 
-use sim::closed_loop::Observer;
 use sim::guarantee::tracking::{heading_error, rotation_angle, tilt_error};
-use sim::sample::Sample;
-use sim::scenario::AnyFlight;
+use sim::observer::Observer;
+use sim::tick::Tick;
 
 use super::Case;
 use super::limits::{Breach, Limits};
@@ -80,11 +79,11 @@ struct Watch {
 }
 
 impl Observer for Watch {
-    fn observe(&mut self, sample: &Sample) {
-        let Sample { time, truth, reference, output, .. } = sample;
+    fn observe(&mut self, tick: &Tick) {
+        let Tick { time, truth, reference, output, .. } = tick;
         let outcome = &mut self.outcome;
         if outcome.breach.is_none() {
-            outcome.breach = self.limits.breach(sample);
+            outcome.breach = self.limits.breach(tick);
         }
         let distance = truth.position_world.distance(reference.position_world.as_dvec3());
         outcome.farthest = outcome.farthest.max(distance);
@@ -101,7 +100,7 @@ impl Observer for Watch {
         if *time >= self.settle_time {
             outcome.settled = outcome.settled.max(Errors {
                 position: distance,
-                attitude: rotation_angle(sample.intermediates.attitude_error.as_dquat()),
+                attitude: rotation_angle(tick.intermediates.attitude_error.as_dquat()),
                 tilt: tilt_error(truth.attitude, reference),
                 heading: heading_error(truth.attitude, reference),
             });
@@ -118,7 +117,7 @@ impl Case {
     pub fn fly(self) -> Outcome {
         let scenario = &self.scenario;
         let (duration, ticks) = (scenario.duration, scenario.ticks());
-        let mut flight = AnyFlight::new(scenario).unwrap_or_else(|error| panic!("{self}: {error}"));
+        let mut flight = scenario.flight().unwrap_or_else(|error| panic!("{self}: {error}"));
         let mut watch = Watch {
             limits: Limits::new(&scenario.controller),
             settle_time: scenario.guarantees.settle_time,
@@ -134,7 +133,7 @@ impl Case {
                 last_leg: [0.0; 2],
             },
         };
-        flight.advance(ticks, &mut watch);
+        flight.observe(ticks, &mut watch);
         watch.outcome
     }
 }

@@ -1,10 +1,11 @@
 //! What must hold at every tick: finite numbers, thrust, torque, estimates, no fault.
 
+use ctrl_core::controller::ControllerConfig;
 use ctrl_core::controller::{Estimates, StepStatus};
 use ctrl_core::vehicle::{Interval, Wrench};
+use sim::guarantee::bounds::ThrustBounds;
 use sim::plant::PlantState;
-use sim::sample::Sample;
-use sim::scenario::ControllerConfig;
+use sim::tick::Tick;
 
 /// Relative difference that rounding to `f32`, and taking a reciprocal, may make.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
@@ -35,17 +36,20 @@ impl Limits {
         let known = law.uncertainty();
         Self {
             // (19); the lesser of (20) and M_f (7)
-            thrust: (lower, law.thrust_max().map_or(upper, |limit| limit.min(upper))),
-            torque: law.torque_max().unwrap_or(f64::MAX), // (8)
+            thrust: (
+                lower,
+                law.thrust_max().map(f64::from).map_or(upper, |limit| limit.min(upper)),
+            ),
+            torque: law.torque_max().map(f64::from).unwrap_or(f64::MAX), // (8)
             mass: known.mass,
             inertia: known.inertia,
             saturated: matches!(law, ControllerConfig::Saturated(_)),
         }
     }
 
-    /// The first bound that `sample` does not keep.
-    pub(super) fn breach(&self, sample: &Sample) -> Option<Breach> {
-        let Sample { truth, output, estimates, .. } = sample;
+    /// The first bound that `tick` does not keep.
+    pub(super) fn breach(&self, tick: &Tick) -> Option<Breach> {
+        let Tick { truth, output, estimates, .. } = tick;
         let checks = [
             ("finite truth", finite(truth)),
             ("thrust", self.holds_thrust(&output.wrench)),
@@ -55,7 +59,7 @@ impl Limits {
             ("no fault", !output.status.intersects(StepStatus::FAULT)),
         ];
         let (what, _) = checks.into_iter().find(|&(_, holds)| !holds)?;
-        Some(Breach { what, time: sample.time })
+        Some(Breach { what, time: tick.time })
     }
 
     fn holds_thrust(&self, wrench: &Wrench) -> bool {
@@ -98,51 +102,50 @@ fn finite(truth: &PlantState) -> bool {
 mod tests {
     use super::*;
     use crate::grid::Case;
-    use sim::closed_loop::Observer;
-    use sim::scenario::AnyFlight;
+    use sim::observer::Observer;
 
-    struct Last(Option<Sample>);
+    struct Last(Option<Tick>);
 
     impl Observer for Last {
-        fn observe(&mut self, sample: &Sample) {
-            self.0 = Some(*sample);
+        fn observe(&mut self, tick: &Tick) {
+            self.0 = Some(*tick);
         }
     }
 
     /// What is wrong with the first tick of a built-in scenario once it is tampered with.
-    fn found(name: &str, tamper: impl FnOnce(&mut Sample)) -> Option<&'static str> {
+    fn found(name: &str, tamper: impl FnOnce(&mut Tick)) -> Option<&'static str> {
         let scenario = Case::built_in(name).scenario;
         let mut last = Last(None);
-        AnyFlight::new(&scenario).unwrap().advance(1, &mut last);
-        let mut sample = last.0.unwrap();
-        tamper(&mut sample);
-        Limits::new(&scenario.controller).breach(&sample).map(|breach| breach.what)
+        scenario.flight().unwrap().observe(1, &mut last);
+        let mut tick = last.0.unwrap();
+        tamper(&mut tick);
+        Limits::new(&scenario.controller).breach(&tick).map(|breach| breach.what)
     }
 
     #[test]
     fn each_broken_bound_is_found() {
         for name in ["paper-robust-adaptive", "paper-saturated"] {
             assert_eq!(found(name, |_| {}), None);
-            let nan = found(name, |sample| sample.truth.rate_body.y = f64::NAN);
+            let nan = found(name, |tick| tick.truth.rate_body.y = f64::NAN);
             assert_eq!(nan, Some("finite truth"));
             for thrust in [0.0, -1.0, 60.0, f32::NAN] {
-                let seen = found(name, |sample| sample.output.wrench.thrust = thrust);
+                let seen = found(name, |tick| tick.output.wrench.thrust = thrust);
                 assert_eq!(seen, Some("thrust"), "{thrust}");
             }
             for inverse_mass in [0.99, 1.43, f32::NAN] {
-                let seen = found(name, |sample| sample.estimates.inverse_mass = inverse_mass);
+                let seen = found(name, |tick| tick.estimates.inverse_mass = inverse_mass);
                 assert_eq!(seen, Some("mass estimate"), "{inverse_mass}");
             }
-            let fault = found(name, |sample| sample.output.status |= StepStatus::OUTPUT_HELD);
+            let fault = found(name, |tick| tick.output.status |= StepStatus::OUTPUT_HELD);
             assert_eq!(fault, Some("no fault"));
         }
-        let first = found("paper-robust-adaptive", |sample| sample.estimates.inertia.z = 0.121);
+        let first = found("paper-robust-adaptive", |tick| tick.estimates.inertia.z = 0.121);
         assert_eq!(first, Some("inertia estimate"));
-        let second = |tamper: fn(&mut Sample)| found("paper-saturated", tamper);
+        let second = |tamper: fn(&mut Tick)| found("paper-saturated", tamper);
         let estimate = Some("inertia estimate");
-        assert_eq!(second(|sample| sample.estimates.inverse_inertia.x = 34.0), estimate);
-        assert_eq!(second(|sample| sample.estimates.gyroscopic_ratio.y = -1.01), estimate);
-        assert_eq!(second(|sample| sample.output.wrench.torque_body.z = -0.0501), Some("torque"));
-        assert_eq!(second(|sample| sample.output.wrench.torque_body.x = f32::NAN), Some("torque"));
+        assert_eq!(second(|tick| tick.estimates.inverse_inertia.x = 34.0), estimate);
+        assert_eq!(second(|tick| tick.estimates.gyroscopic_ratio.y = -1.01), estimate);
+        assert_eq!(second(|tick| tick.output.wrench.torque_body.z = -0.0501), Some("torque"));
+        assert_eq!(second(|tick| tick.output.wrench.torque_body.x = f32::NAN), Some("torque"));
     }
 }

@@ -19,7 +19,8 @@ pub use hypercube::{Ranges, sample};
 pub use limits::Breach;
 pub use report::check;
 
-use sim::scenario::{ControllerConfig, LoadedScenario, Scenario};
+use ctrl_core::controller::ControllerConfig;
+use sim::scenario::{LoadedScenario, Scenario};
 
 /// Step periods of the grid (s): 500 Hz, 1 kHz, 2 kHz.
 pub const STEP_PERIODS: [f32; 3] = [0.002, 0.001, 0.0005];

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use sil_host::pil::command::{OnBoard, fly};
+use sil_host::pil::flight::{OnBoard, fly};
 use sil_host::pil::recording::{Direction, Recording};
 use sil_host::pil::replay::replay;
 use sil_host::pil::session::Session;
 use sil_host::pil::set_up::set_up;
-use sim::closed_loop::Observer;
-use sim::sample::Sample;
+use sim::observer::Observer;
 use sim::scenario::LoadedScenario;
+use sim::tick::Tick;
 
 use crate::PAPER;
 use crate::emulator::emulator;
@@ -19,8 +19,8 @@ use crate::emulator::emulator;
 struct Kept(Vec<String>);
 
 impl Observer for Kept {
-    fn observe(&mut self, sample: &Sample) {
-        self.0.push(format!("{sample:?}"));
+    fn observe(&mut self, tick: &Tick) {
+        self.0.push(format!("{tick:?}"));
     }
 }
 
@@ -41,7 +41,7 @@ fn assert_flies_as_in_sil(name: &str, changes: &[&str]) {
     let ticks = loaded.scenario().ticks();
     assert_eq!(on_board.ticks, ticks);
     let mut sil = Kept::default();
-    loaded.flight().unwrap().advance(ticks, &mut sil);
+    loaded.flight().unwrap().observe(ticks, &mut sil);
     for (vehicle, sil) in vehicle.0.iter().zip(&sil.0) {
         assert_eq!(vehicle, sil, "{name}");
     }
@@ -115,9 +115,9 @@ fn a_recorded_flight_is_flown_again_by_host_and_image() {
     let replayed = replay(&recording, &emulator).unwrap();
     assert!(replayed.same() && replayed.packets > 500, "{replayed:?}");
     assert_eq!(replayed.host_ticks, 500);
-    // A sample that was not flown with is noticed by both.
-    let sample = recording.packets.iter().rposition(|(to, _)| *to == Direction::ToVehicle).unwrap();
-    recording.packets[sample].1.clear();
+    // A tick that was not flown with is noticed by both.
+    let tick = recording.packets.iter().rposition(|(to, _)| *to == Direction::ToVehicle).unwrap();
+    recording.packets[tick].1.clear();
     let replayed = replay(&recording, &emulator).unwrap();
     assert!(replayed.host_difference.is_some_and(|difference| difference.tick == 499));
     assert!(replayed.image_difference.is_some(), "{replayed:?}");

@@ -5,12 +5,11 @@ use ctrl_core::vehicle::VehicleState;
 use firmware::vehicle::vehicle_config;
 use glam::Vec3;
 use link::{Downlink, LinkStatistics, Rejection, Telemetry, Uplink};
-use sil_host::pil::command::fly;
 use sil_host::pil::fault::{Fault, LinkFaults};
+use sil_host::pil::flight::fly;
 use sil_host::pil::recording::Direction;
 use sil_host::pil::session::{Session, one_telemetry};
 use sil_host::pil::set_up::set_up;
-use sim::closed_loop::Unobserved;
 use sim::scenario::LoadedScenario;
 
 use crate::emulator::emulator;
@@ -42,7 +41,7 @@ fn armed_in(
 fn flown_through(kinds: &[Fault], seed: u64) -> (u32, LinkStatistics) {
     let (mut session, loaded, state) = armed(0.5, &[]);
     session.inject(Direction::ToVehicle, Some(LinkFaults::new(seed, kinds, 0.2)));
-    let on_board = fly(&loaded, &mut session, &mut Unobserved, None).unwrap();
+    let on_board = fly(&loaded, &mut session, &mut (), &|_| ()).unwrap();
     assert_eq!(on_board.ticks, 500);
     let injected = session.inject(Direction::ToVehicle, None).unwrap().injected();
     assert!((50..150).contains(&injected), "{kinds:?}: {injected}");
@@ -92,7 +91,7 @@ fn flown_half_deaf(kinds: &[Fault], seed: u64, in_step: bool) -> (u32, LinkStati
     let (mut session, loaded, state) = armed_in(0.5, &[], in_step);
     let before = session.statistics();
     session.inject(Direction::FromVehicle, Some(LinkFaults::new(seed, kinds, 0.2)));
-    let on_board = fly(&loaded, &mut session, &mut Unobserved, None).unwrap();
+    let on_board = fly(&loaded, &mut session, &mut (), &|_| ()).unwrap();
     assert_eq!((on_board.ticks, on_board.difference), (500, None), "{kinds:?}");
     let injected = session.inject(Direction::FromVehicle, None).unwrap().injected();
     assert!((50..150).contains(&injected), "{kinds:?}: {injected}");
@@ -119,7 +118,7 @@ fn a_damaged_line_does_not_disturb_the_lock_step() {
     for (seed, direction) in (40..).zip(Direction::BOTH) {
         session.inject(direction, Some(LinkFaults::new(seed, &Fault::ALL, 0.2)));
     }
-    assert_eq!(fly(&loaded, &mut session, &mut Unobserved, None).unwrap().ticks, 500);
+    assert_eq!(fly(&loaded, &mut session, &mut (), &|_| ()).unwrap().ticks, 500);
 }
 
 /// Takes off, then `line` gives the bytes of each tick until the failsafe; how many ticks it took,
@@ -191,6 +190,6 @@ fn firmware_that_restarts_in_flight_says_so_and_flies_again_as_in_sil() {
     session.demand("to forget the fault", Uplink::FaultAcknowledge, state).unwrap();
     session.demand("to disarm", Uplink::Command(Command::Disarm), state).unwrap();
     set_up(&mut session, loaded.scenario()).unwrap();
-    let on_board = fly(&loaded, &mut session, &mut Unobserved, None).unwrap();
+    let on_board = fly(&loaded, &mut session, &mut (), &|_| ()).unwrap();
     assert_eq!((on_board.ticks, on_board.difference), (200, None));
 }

@@ -10,11 +10,10 @@ use ctrl_core::vehicle::VehicleState;
 use glam::Vec3;
 use link::{Rejection, Uplink};
 use sil_host::pil::PilError;
-use sil_host::pil::command::{OnBoard, fly};
+use sil_host::pil::flight::{OnBoard, fly};
 use sil_host::pil::lockstep::PATIENCE;
 use sil_host::pil::session::{Session, one_telemetry};
 use sil_host::pil::set_up::set_up;
-use sim::closed_loop::Unobserved;
 use sim::scenario::LoadedScenario;
 
 use crate::PAPER;
@@ -75,7 +74,7 @@ impl Drop for AtTerminal {
 fn flown(session: &mut Session, scenario: &str, duration: f64) -> (OnBoard, u64) {
     let loaded = LoadedScenario::open(scenario, &[format!("duration={duration}")]).unwrap();
     set_up(session, loaded.scenario()).unwrap();
-    let on_board = fly(&loaded, session, &mut Unobserved, None).unwrap();
+    let on_board = fly(&loaded, session, &mut (), &|_| ()).unwrap();
     (on_board, loaded.scenario().ticks())
 }
 

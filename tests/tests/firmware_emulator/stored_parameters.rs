@@ -8,10 +8,9 @@ use ctrl_core::vehicle::VehicleState;
 use firmware::parameter_store::SLOT;
 use glam::Vec3;
 use link::{Downlink, ParameterOrigin, ParametersInForce, Rejection, Uplink};
-use sil_host::pil::command::fly;
+use sil_host::pil::flight::fly;
 use sil_host::pil::session::Session;
 use sil_host::pil::set_up::ready;
-use sim::closed_loop::Unobserved;
 use sim::scenario::LoadedScenario;
 
 use crate::serial_link::Vehicle;
@@ -93,7 +92,7 @@ fn parameters_that_were_kept_are_flown_with_after_a_restart_as_in_sil() {
     let loaded = LoadedScenario::open("paper-saturated", &changes).unwrap();
     let session: &mut Session = &mut vehicle.0;
     ready(session, loaded.scenario()).unwrap();
-    let on_board = fly(&loaded, session, &mut Unobserved, None).unwrap();
+    let on_board = fly(&loaded, session, &mut (), &|_| ()).unwrap();
     assert_eq!((on_board.ticks, on_board.difference), (500, None));
 }
 

@@ -1,11 +1,12 @@
 //! The flights: what they start from, and what must happen in them.
 
 use anyhow::{Result, ensure};
+use ctrl_core::controller::ControllerConfig;
 use ctrl_core::controller::{StepOutput, StepStatus, TrackingController};
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
-use sim::closed_loop::Observer;
-use sim::scenario::{ControllerConfig, LoadedScenario};
+use sim::observer::Observer;
+use sim::scenario::LoadedScenario;
 use step_record::Sample;
 
 use crate::random;
@@ -90,7 +91,7 @@ impl Recording {
 }
 
 impl Observer for Recording {
-    fn observe(&mut self, seen: &sim::sample::Sample) {
+    fn observe(&mut self, seen: &sim::tick::Tick) {
         self.samples.push(Sample { vehicle: seen.truth.measured(), reference: seen.reference });
         self.outputs.push(seen.output);
     }
@@ -119,7 +120,7 @@ impl Controller {
         let changes: Vec<_> = changes.iter().map(|change| (*change).to_owned()).collect();
         let loaded = LoadedScenario::open(self.scenario, &changes)?;
         let mut recording = Recording::empty(loaded.scenario().controller);
-        loaded.flight()?.advance(STEPS, &mut recording);
+        loaded.flight()?.observe(STEPS, &mut recording);
         Ok(recording)
     }
 }
@@ -136,6 +137,6 @@ fn singles(config: ControllerConfig, samples: Vec<Sample>) -> Result<Recording> 
 
 fn answers<C: TrackingController>(controller: &C, samples: &[Sample]) -> Vec<StepOutput> {
     let mut state = controller.initial_state();
-    let step = |sample: &Sample| controller.step(&mut state, &sample.vehicle, &sample.reference);
+    let step = |tick: &Sample| controller.step(&mut state, &tick.vehicle, &tick.reference);
     samples.iter().map(step).collect()
 }

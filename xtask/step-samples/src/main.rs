@@ -8,8 +8,8 @@ mod random;
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use ctrl_core::controller::ControllerConfig;
 use ctrl_core::controller::StepOutput;
-use sim::scenario::ControllerConfig;
 use step_record::{Record, Sample};
 
 use flights::{CONTROLLERS, Recording};

@@ -10,7 +10,7 @@ use super::flights::Flight;
 use super::histogram::Histogram;
 use super::quantity::{Kind, Quantity};
 use super::scan::Scan;
-use crate::campaign::{Campaign, Outcome, Row};
+use crate::campaign::{Campaign, Row, RunOutcome};
 
 /// Everything that the scripts of a page read.
 #[derive(Debug, Serialize)]
@@ -91,7 +91,7 @@ impl PointColumns {
         Self {
             seed: rows.iter().map(|row| row.seed).collect(),
             variant: rows.iter().map(|row| row.variant).collect(),
-            held: rows.iter().map(|row| u8::from(row.outcome == Outcome::Held)).collect(),
+            held: rows.iter().map(|row| u8::from(row.outcome == RunOutcome::Held)).collect(),
             columns: quantities.iter().map(column).collect(),
         }
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use super::histogram::Extent;
-use crate::campaign::{Campaign, Outcome, Row};
+use crate::campaign::{Campaign, Row, RunOutcome};
 
 /// More distinct values than this are cut into cells instead of shown one by one.
 const LEVELS_MAX: usize = 40;
@@ -135,13 +135,13 @@ impl Envelope {
         let counts = &mut self.variants[row.variant];
         let all_held = counts.runs[cell] == counts.held[cell];
         match row.outcome {
-            Outcome::Refused => return,
-            Outcome::Held => {
+            RunOutcome::Refused => return,
+            RunOutcome::Held => {
                 counts.held[cell] += 1;
                 counts.seed[cell].get_or_insert(row.seed);
             }
-            Outcome::Violated if all_held => counts.seed[cell] = Some(row.seed),
-            Outcome::Violated => {}
+            RunOutcome::Violated if all_held => counts.seed[cell] = Some(row.seed),
+            RunOutcome::Violated => {}
         }
         counts.runs[cell] += 1;
     }
@@ -166,10 +166,17 @@ mod tests {
              [[vary]]\npath = \"initial.tilt_deg\"\n{tilt}\n\
              [[vary]]\npath = \"initial.rate_body[0]\"\n{rate}\n"
         );
-        Campaign::parse("t", &text, Path::new(""), &[], &[]).expect("a campaign")
+        Campaign::parse(
+            "t",
+            &text,
+            Path::new(""),
+            &crate::campaign::CampaignOverrides::default(),
+            &[],
+        )
+        .expect("a campaign")
     }
 
-    fn row(seed: u32, parameters: [f64; 2], outcome: Outcome) -> Row {
+    fn row(seed: u32, parameters: [f64; 2], outcome: RunOutcome) -> Row {
         Row {
             seed,
             variant: 0,
@@ -195,7 +202,7 @@ mod tests {
 
     #[test]
     fn a_grid_has_a_cell_a_level() {
-        use Outcome::{Held, Refused, Violated};
+        use RunOutcome::{Held, Refused, Violated};
         let rows = [
             row(1, [45.0, -1.0], Held),
             row(2, [45.0, -1.0], Violated),
@@ -217,7 +224,7 @@ mod tests {
         let rows: Vec<_> = (0..campaign.runs())
             .map(|index| {
                 let values = campaign.values(index);
-                row(index, [values[0], values[1]], Outcome::Held)
+                row(index, [values[0], values[1]], RunOutcome::Held)
             })
             .collect();
         let envelope = map(&campaign, &rows);

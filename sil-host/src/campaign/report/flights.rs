@@ -107,7 +107,7 @@ fn fly_one(campaign: &Campaign, choice: &Choice) -> Result<Flight, CampaignError
     let loaded = campaign.scenario(index, variant)?;
     let scenario = loaded.scenario();
     let mut recorder = FrameRecorder::new(scenario.duration, FRAMES);
-    loaded.flight()?.advance(scenario.ticks(), &mut recorder);
+    loaded.flight()?.observe(scenario.ticks(), &mut recorder);
     let name = name(campaign, choice);
     Ok(Flight { name, variant: choice.variant, seed, track: Track::new(&recorder.finish()) })
 }

@@ -23,7 +23,7 @@ pub mod worst;
 use std::path::PathBuf;
 
 use super::error::CampaignError;
-use super::table::Results;
+use super::table::CampaignResults;
 use counts::Counts;
 use document::Document;
 use quantity::Quantity;
@@ -36,14 +36,14 @@ pub const REPORT: &str = "report.html";
 ///
 /// # Errors
 /// When the results cannot be read, a run to replay is refused, or the file cannot be written.
-pub fn write(results: &Results) -> Result<PathBuf, CampaignError> {
+pub fn write(results: &CampaignResults) -> Result<PathBuf, CampaignError> {
     let path = results.directory().join(REPORT);
     std::fs::write(&path, html(results)?).map_err(CampaignError::io(&path))?;
     Ok(path)
 }
 
 /// The report of `results`.
-fn html(results: &Results) -> Result<String, CampaignError> {
+fn html(results: &CampaignResults) -> Result<String, CampaignError> {
     let campaign = results.campaign();
     let quantities = Quantity::all(campaign);
     let mut scan = Scan::new(campaign, &quantities);

@@ -48,14 +48,14 @@ fn shuffled(seed: u32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::Outcome;
+    use crate::campaign::RunOutcome;
 
     fn row(seed: u32) -> Row {
         Row {
             seed,
             variant: 0,
             parameters: Vec::new(),
-            outcome: Outcome::Held,
+            outcome: RunOutcome::Held,
             reason: String::new(),
             assumptions_kept: true,
             measures: Vec::new(),

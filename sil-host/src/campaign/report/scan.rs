@@ -7,8 +7,8 @@ use super::histogram::Extent;
 use super::points::Points;
 use super::quantity::Quantity;
 use super::tally::Tally;
-use crate::campaign::{Campaign, Outcome, Row};
-use sim::guarantee::{Guarantees, Requirement};
+use crate::campaign::{Campaign, Row, RunOutcome};
+use sim::guarantee::Requirement;
 
 /// Rows that charts show one by one.
 const POINTS: usize = 1_000;
@@ -76,12 +76,12 @@ impl VariantScan {
 
     fn push(&mut self, row: &Row) {
         match row.outcome {
-            Outcome::Held => self.held += 1,
-            Outcome::Violated => self.violated += 1,
-            Outcome::Refused => return self.refuse(row),
+            RunOutcome::Held => self.held += 1,
+            RunOutcome::Violated => self.violated += 1,
+            RunOutcome::Refused => return self.refuse(row),
         }
         self.outside += u64::from(!row.assumptions_kept);
-        let violated = row.outcome == Outcome::Violated;
+        let violated = row.outcome == RunOutcome::Violated;
         self.outside_violated += u64::from(!row.assumptions_kept && violated);
         for (tally, seen) in self.tallies.iter_mut().zip(&row.guarantees) {
             if let Some(tally) = tally {
@@ -105,7 +105,7 @@ fn requirements(campaign: &Campaign, variant: usize) -> BTreeMap<&'static str, R
     let Some(loaded) = (0..campaign.runs().min(ATTEMPTS)).find_map(scenario) else {
         return BTreeMap::new();
     };
-    let monitors = Guarantees::of(loaded.scenario());
+    let monitors = loaded.scenario().monitors();
     monitors.verdicts().iter().map(|verdict| (verdict.name, verdict.requirement)).collect()
 }
 
@@ -135,10 +135,10 @@ impl Scan {
                 axis.push(row.parameters[parameter]);
             }
         }
-        if row.outcome != Outcome::Refused {
+        if row.outcome != RunOutcome::Refused {
             self.points.push(row);
         }
-        if row.outcome == Outcome::Violated && self.violations.len() < VIOLATIONS {
+        if row.outcome == RunOutcome::Violated && self.violations.len() < VIOLATIONS {
             self.violations.push(row.clone());
         }
     }
@@ -173,16 +173,23 @@ mod tests {
              scenario = \"tilt-recovery\"\n\
              [[vary]]\npath = \"vehicle.mass\"\nuniform = {{ lower = 0.7, upper = 1.0 }}\n"
         );
-        Campaign::parse("t", &text, Path::new(""), &[], &[]).expect("a campaign")
+        Campaign::parse(
+            "t",
+            &text,
+            Path::new(""),
+            &crate::campaign::CampaignOverrides::default(),
+            &[],
+        )
+        .expect("a campaign")
     }
 
     /// Every tenth run is refused, every tenth violates what the flight promises first; half are
     /// outside the assumptions.
     fn row(campaign: &Campaign, index: u32) -> Row {
         let (outcome, margin) = match index % 10 {
-            0 => (Outcome::Refused, 0.0),
-            1 => (Outcome::Violated, -f64::from(index)),
-            _ => (Outcome::Held, f64::from(index)),
+            0 => (RunOutcome::Refused, 0.0),
+            1 => (RunOutcome::Violated, -f64::from(index)),
+            _ => (RunOutcome::Held, f64::from(index)),
         };
         let seen = Observed { observed: Some(margin), margin: Some(margin) };
         Row {

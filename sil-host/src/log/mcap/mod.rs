@@ -108,9 +108,9 @@ impl<W: Write + Seek> McapWriter<W> {
 
 impl<W: Write + Seek> Writer for McapWriter<W> {
     fn moment(&mut self, moment: &Moment<'_>) -> io::Result<()> {
-        let time = nanoseconds(moment.sample.time);
+        let time = nanoseconds(moment.tick.time);
         let stamp = timestamp(time);
-        let (truth, reference) = (&moment.sample.truth, &moment.sample.reference);
+        let (truth, reference) = (&moment.tick.truth, &moment.tick.reference);
         let pose = Pose::new(truth.position_world, truth.attitude);
         self.pose(self.pose, time, pose)?;
         let transform = FrameTransform {

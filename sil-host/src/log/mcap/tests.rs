@@ -11,8 +11,8 @@ use prost_types::FileDescriptorSet;
 use super::*;
 use sim::guarantee::lyapunov::Evaluator;
 use sim::guarantee::test_flight::{VEHICLE as BODY, both, sample};
-use sim::sample::Sample;
 use sim::scenario::LoadedScenario;
+use sim::tick::Tick;
 
 fn description() -> Description {
     let changes = ["duration=3".to_owned()];
@@ -20,14 +20,14 @@ fn description() -> Description {
 }
 
 /// A file with these samples and a note.
-fn file(samples: &[Sample]) -> Vec<u8> {
+fn file(samples: &[Tick]) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     let description = description();
     let mut writer = Box::new(McapWriter::new(&mut bytes, &description).unwrap());
     let [_, law] = both(1e-3);
-    for sample in samples {
-        let evaluation = Evaluator::new(&law, &BODY).evaluate(sample);
-        let moment = Moment { sample, evaluation: &evaluation, bounds: &description.bounds };
+    for tick in samples {
+        let tick = Evaluator::new(&law, &BODY).evaluated(tick);
+        let moment = Moment { tick: &tick, bounds: &description.bounds };
         writer.moment(&moment).unwrap();
     }
     let note = Note { time: 1.5, level: Level::Warning, text: "sign flipped".to_owned() };
@@ -36,13 +36,13 @@ fn file(samples: &[Sample]) -> Vec<u8> {
     bytes.into_inner()
 }
 
-fn turned() -> Sample {
-    let mut sample = sample(&both(1e-3)[1]);
-    sample.time = 1.25;
-    sample.truth.position_world = DVec3::new(1.0, -2.0, 3.0);
-    sample.truth.attitude = DQuat::from_xyzw(0.5, -0.5, 0.1, 0.7).normalize();
-    sample.output.wrench.thrust = 6.5;
-    sample
+fn turned() -> Tick {
+    let mut tick = sample(&both(1e-3)[1]);
+    tick.time = 1.25;
+    tick.truth.position_world = DVec3::new(1.0, -2.0, 3.0);
+    tick.truth.attitude = DQuat::from_xyzw(0.5, -0.5, 0.1, 0.7).normalize();
+    tick.output.wrench.thrust = 6.5;
+    tick
 }
 
 /// Time [ns] and bytes of the latest message of a topic.
@@ -56,14 +56,14 @@ fn latest(file: &[u8], topic: &str) -> (u64, Vec<u8>) {
 
 #[test]
 fn the_pose_is_the_truth_in_our_own_axes() {
-    let sample = turned();
-    let file = file(&[sample]);
+    let tick = turned();
+    let file = file(&[tick]);
     let (time, bytes) = latest(&file, "/vehicle/pose");
     let said = PoseInFrame::decode(&*bytes).unwrap();
     assert_eq!(time, 1_250_000_000);
     assert_eq!(said.timestamp, Some(Timestamp { seconds: 1, nanos: 250_000_000 }));
     assert_eq!(said.frame_id, "world");
-    let (position, attitude) = (sample.truth.position_world, sample.truth.attitude);
+    let (position, attitude) = (tick.truth.position_world, tick.truth.attitude);
     assert_eq!(said.pose, Some(Pose::new(position, attitude)));
     let said = FrameTransform::decode(&*latest(&file, "/tf").1).unwrap();
     assert_eq!((said.parent_frame_id, said.child_frame_id), ("world".into(), "vehicle".into()));
@@ -72,14 +72,14 @@ fn the_pose_is_the_truth_in_our_own_axes() {
 
 #[test]
 fn the_reference_has_its_thrust_and_heading_as_axes() {
-    let sample = turned();
-    let (_, bytes) = latest(&file(&[sample]), "/reference/pose");
+    let tick = turned();
+    let (_, bytes) = latest(&file(&[tick]), "/reference/pose");
     let pose = PoseInFrame::decode(&*bytes).unwrap().pose.unwrap();
     let foxglove::Quaternion { x, y, z, w } = pose.orientation.unwrap();
     let attitude = DQuat::from_xyzw(x, y, z, w);
-    let up = sample.reference.specific_force().value.as_dvec3().normalize();
+    let up = tick.reference.specific_force().value.as_dvec3().normalize();
     assert!((attitude * DVec3::Z - up).length() < 1e-6);
-    assert!((attitude * DVec3::Y - sample.reference.left_world.as_dvec3()).length() < 1e-6);
+    assert!((attitude * DVec3::Y - tick.reference.left_world.as_dvec3()).length() < 1e-6);
 }
 
 #[test]
@@ -95,9 +95,9 @@ fn our_topics_have_the_table_s_fields_by_number() {
         #[prost(message, optional, tag = "4")]
         torque: Option<own::Vector3>,
     }
-    let sample = turned();
-    let said = Wrench::decode(&*latest(&file(&[sample]), "/gyrfalcon/wrench").1).unwrap();
-    let torque = sample.output.wrench.torque_body;
+    let tick = turned();
+    let said = Wrench::decode(&*latest(&file(&[tick]), "/gyrfalcon/wrench").1).unwrap();
+    let torque = tick.output.wrench.torque_body;
     let vector = own::Vector3 { x: torque.x, y: torque.y, z: torque.z };
     assert_eq!((said.thrust, said.torque), (6.5, Some(vector)));
     assert_eq!(said.timestamp, Some(Timestamp { seconds: 1, nanos: 250_000_000 }));

@@ -129,7 +129,7 @@ impl<W: Write> UlogWriter<W> {
 
 impl<W: Write + fmt::Debug> Writer for UlogWriter<W> {
     fn moment(&mut self, moment: &Moment<'_>) -> io::Result<()> {
-        let time = microseconds(moment.sample.time);
+        let time = microseconds(moment.tick.time);
         for (id, subscribed) in (0_u16..).zip(&self.topics) {
             message(&mut self.buffer, Kind::Data, |body| {
                 body.extend(id.to_le_bytes());

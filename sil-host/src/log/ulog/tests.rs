@@ -6,10 +6,10 @@ use ctrl_core::vehicle::WrenchBounds;
 use glam::{DQuat, DVec3};
 
 use super::*;
+use ctrl_core::controller::ControllerConfig;
 use sim::guarantee::lyapunov::Evaluator;
 use sim::guarantee::test_flight::{VEHICLE, both, sample};
-use sim::sample::Sample;
-use sim::scenario::ControllerConfig;
+use sim::tick::Tick;
 
 const BOUNDS: WrenchBounds = WrenchBounds { thrust_min: 1.0, thrust_max: 12.0, torque_max: 0.05 };
 
@@ -95,23 +95,22 @@ fn a_long_text_comes_in_parts_between_characters() {
     assert_eq!(text, description().toml);
 }
 
-/// A sample with round numbers: level, facing north, at (1, 2, 3).
-fn north(law: &ControllerConfig) -> Sample {
-    let mut sample = sample(law);
-    sample.time = 1.5;
-    sample.truth.position_world = DVec3::new(1.0, 2.0, 3.0);
-    sample.truth.velocity_world = DVec3::new(0.5, -0.25, 4.0);
-    sample.truth.attitude = DQuat::from_rotation_z(core::f64::consts::FRAC_PI_2);
-    sample.output.wrench.thrust = 6.0;
-    sample
+/// A tick with round numbers: level, facing north, at (1, 2, 3).
+fn north(law: &ControllerConfig) -> Tick {
+    let mut tick = sample(law);
+    tick.time = 1.5;
+    tick.truth.position_world = DVec3::new(1.0, 2.0, 3.0);
+    tick.truth.velocity_world = DVec3::new(0.5, -0.25, 4.0);
+    tick.truth.attitude = DQuat::from_rotation_z(core::f64::consts::FRAC_PI_2);
+    tick.output.wrench.thrust = 6.0;
+    tick
 }
 
 #[test]
 fn data_are_number_time_and_fields_little_endian() {
     let [_, law] = both(1e-3);
-    let sample = north(&law);
-    let evaluation = Evaluator::new(&law, &VEHICLE).evaluate(&sample);
-    let moment = Moment { sample: &sample, evaluation: &evaluation, bounds: &BOUNDS };
+    let tick = Evaluator::new(&law, &VEHICLE).evaluated(&north(&law));
+    let moment = Moment { tick: &tick, bounds: &BOUNDS };
     let file = written(|writer| writer.moment(&moment).unwrap());
     let messages = messages(&file);
     let data: Vec<_> = messages.iter().filter(|message| message.0 == b'D').collect();
@@ -132,8 +131,7 @@ fn data_are_number_time_and_fields_little_endian() {
     assert!(f32::from_le_bytes(*bytes.last_chunk().unwrap()).abs() < 1e-6);
     let thrust = floats(&[0.0, -0.0, -0.5]);
     assert_eq!(body("vehicle_thrust_setpoint"), [&time, &time, &thrust[..]].concat());
-    let status =
-        [&time[..], &sample.tick.to_le_bytes(), &sample.output.status.bits().to_le_bytes()];
+    let status = [&time[..], &tick.tick.to_le_bytes(), &tick.output.status.bits().to_le_bytes()];
     assert_eq!(body("gyrfalcon_status"), status.concat());
     let values = [evaluation.value, evaluation.parameter_part, evaluation.decrease];
     let values: Vec<_> = values.iter().flat_map(|x| x.to_le_bytes()).collect();

@@ -3,20 +3,12 @@
 use ctrl_core::reference::Reference;
 use glam::{DQuat, DVec3, DVec4};
 
+use crate::evaluation::Attitude;
 use crate::norm::Norm;
-
-/// Attitudes at one tick.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Attitude {
-    /// `q_d`.
-    pub desired: DQuat,
-    /// `q_e`, with the sign that the law chose.
-    pub error: DQuat,
-}
 
 impl Attitude {
     /// `auxiliary` is `q_a`, identity for controller 1; `chosen` is the law's own `q_e`.
-    pub fn new(
+    pub(super) fn new(
         alpha: DVec3,
         reference: &Reference,
         auxiliary: DQuat,

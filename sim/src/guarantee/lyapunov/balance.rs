@@ -16,20 +16,17 @@
 use glam::DVec3;
 
 use super::attitude::turn;
-use super::function::Evaluation;
 use super::parameters::Parameters;
 use super::rounding::rounding;
 use super::translation::smooth_sign;
+use crate::evaluation::Evaluation;
 use crate::norm::Norm;
 use crate::plant::Disturbance;
-use crate::sample::Sample;
+use crate::tick::Tick;
 
 /// `max_x (x - x h(x, 1)) = sqrt((5 sqrt 5 - 11)/2)`: the smooth sign loses at most this times
 /// `D delta` against the discontinuous one. The paper uses 1.
 pub const SMOOTHING: f64 = 0.300_283_106_000_8;
-
-/// One tick with its evaluation.
-pub(super) type Tick<'a> = (&'a Sample, &'a Evaluation);
 
 /// The terms of the balance over one tick.
 #[derive(Clone, Copy, Debug)]
@@ -71,33 +68,33 @@ impl Balance {
 }
 
 /// The balance from `from` to `to`, two ticks in a row.
-pub(super) fn balance(p: &Parameters, from: Tick, to: Tick) -> Balance {
-    let (sample, now) = from;
-    let motion = Motion::new(from, to);
+pub(super) fn balance(p: &Parameters, tick: &Tick, to: &Tick) -> Balance {
+    let (now, next) = (&tick.evaluation, &to.evaluation);
+    let motion = Motion::new(tick, to);
     let (error, w_e) = (now.attitude_error, now.rate_error);
-    let used = sample.intermediates.desired_rate.as_dvec3();
+    let used = tick.intermediates.desired_rate.as_dvec3();
     let rate_mismatch = error.inverse() * (used - motion.desired_turn / p.dt);
-    let mu_dot_true = (to.0.intermediates.mu - sample.intermediates.mu).as_dvec3() / p.dt;
+    let mu_dot_true = (to.intermediates.mu - tick.intermediates.mu).as_dvec3() / p.dt;
     let acceleration_mismatch =
-        p.rate_weight() * (mu_dot_true - sample.intermediates.mu_dot.as_dvec3());
+        p.rate_weight() * (mu_dot_true - tick.intermediates.mu_dot.as_dvec3());
     let model = error.xyz().dot(rate_mismatch) - w_e.dot(acceleration_mismatch);
     Balance {
-        change: to.1.value - now.value,
+        change: next.value - now.value,
         decrease: now.decrease,
-        disturbance: disturbance(p, sample, now),
+        disturbance: disturbance(p, tick, now),
         smoothing: smoothing(p, now),
-        model: model + unadapted(p, sample, now),
-        hold: motion.translation_hold(p, now, to.1)
+        model: model + unadapted(p, tick, now),
+        hold: motion.translation_hold(p, now, next)
             + motion.attitude_hold(p, now)
-            + motion.rate_hold(p, from)
+            + motion.rate_hold(p, tick)
             + adaptation_hold(p, now),
-        rounding: rounding(p, sample, now),
+        rounding: rounding(p, tick, now),
     }
 }
 
 /// `rho_d`.
-fn disturbance(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64 {
-    let Disturbance { acceleration_world: d1, torque_body: d2 } = sample.disturbance;
+fn disturbance(p: &Parameters, tick: &Tick, now: &Evaluation) -> f64 {
+    let Disturbance { acceleration_world: d1, torque_body: d2 } = tick.disturbance;
     let (g, w_e) = (now.translation.g, now.rate_error);
     let sign = smooth_sign(w_e, now.delta.1.value);
     let torque = match p.saturated {
@@ -114,25 +111,25 @@ fn smoothing(p: &Parameters, now: &Evaluation) -> f64 {
 }
 
 /// What a parameter error does when its adaptation is switched off.
-fn unadapted(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64 {
-    let w = sample.truth.rate_body;
+fn unadapted(p: &Parameters, tick: &Tick, now: &Evaluation) -> f64 {
+    let w = tick.truth.rate_body;
     let mut left = 0.0;
     if p.gamma1 == 0.0 {
-        let force = now.lengths.alpha * (sample.truth.attitude * DVec3::Z);
+        let force = now.lengths.alpha * (tick.truth.attitude * DVec3::Z);
         left += p.c * now.inverse_mass_error * now.translation.g.dot(force);
     }
     if p.gamma2 == 0.0 {
         let regressor = match p.saturated {
             None => {
-                let mu_dot = sample.intermediates.mu_dot.as_dvec3();
+                let mu_dot = tick.intermediates.mu_dot.as_dvec3();
                 -(w.cross(w * now.inertia_error) + mu_dot * now.inertia_error)
             }
-            Some(_) => now.inertia_error * sample.output.wrench.torque_body.as_dvec3(),
+            Some(_) => now.inertia_error * tick.output.wrench.torque_body.as_dvec3(),
         };
         left += now.rate_error.dot(regressor);
     }
     if let Some(saturated) = p.saturated.filter(|saturated| saturated.gamma3 == 0.0) {
-        let estimate = sample.estimates.gyroscopic_ratio.as_dvec3();
+        let estimate = tick.estimates.gyroscopic_ratio.as_dvec3();
         let products = DVec3::new(w.y * w.z, w.x * w.z, w.x * w.y);
         left += now.rate_error.dot((saturated.gyroscopic_ratio - estimate) * products);
     }
@@ -156,12 +153,13 @@ struct Motion {
 }
 
 impl Motion {
-    fn new((sample, now): Tick, (next_sample, next): Tick) -> Self {
-        let auxiliary = sample.auxiliary.attitude.as_dquat();
-        let next_auxiliary = next_sample.auxiliary.attitude.as_dquat();
+    fn new(tick: &Tick, to: &Tick) -> Self {
+        let (now, next) = (&tick.evaluation, &to.evaluation);
+        let auxiliary = tick.auxiliary.attitude.as_dquat();
+        let next_auxiliary = to.auxiliary.attitude.as_dquat();
         Self {
             velocity_error_change: next.translation.velocity_error - now.translation.velocity_error,
-            rate_change: next_sample.truth.rate_body - sample.truth.rate_body,
+            rate_change: to.truth.rate_body - tick.truth.rate_body,
             rate_error_change: next.rate_error - now.rate_error,
             rate: now.lengths.rate.max(next.lengths.rate),
             desired_turn: turn(now.attitude.desired, next.attitude.desired),
@@ -206,14 +204,15 @@ impl Motion {
     }
 
     /// Rate: curvature of the kinetic term, drift of the gyroscopic torque, implicit decay of `w_a`.
-    fn rate_hold(&self, p: &Parameters, (sample, now): Tick) -> f64 {
+    fn rate_hold(&self, p: &Parameters, tick: &Tick) -> f64 {
+        let now = &tick.evaluation;
         let change = self.rate_error_change;
         let kinetic = 0.5 * change.dot(p.rate_weight() * change);
         let gyroscopic = p.dt * self.gyroscopic_change.norm();
         let auxiliary = if p.saturated.is_some() {
-            let excess = sample.output.wrench.torque_body - sample.output.torque_demand_body;
-            let rate = excess.as_dvec3() * sample.estimates.inverse_inertia.as_dvec3()
-                - p.k4 * sample.auxiliary.rate.as_dvec3();
+            let excess = tick.output.wrench.torque_body - tick.output.torque_demand_body;
+            let rate = excess.as_dvec3() * tick.estimates.inverse_inertia.as_dvec3()
+                - p.k4 * tick.auxiliary.rate.as_dvec3();
             p.k4 * p.dt * p.dt * rate.norm()
         } else {
             0.0

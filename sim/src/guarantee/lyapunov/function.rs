@@ -1,16 +1,14 @@
 //! V and what surrounds it at one tick.
 
 use ctrl_core::controller::StepStatus;
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
 use super::adaptation::Resolved;
-use super::attitude::Attitude;
-use super::lengths::Lengths;
-use super::parameters::{Parameters, Width};
-use super::translation::Translation;
+use super::parameters::Parameters;
+use crate::evaluation::{Attitude, Evaluation, Increments, Lengths, Translation};
 use crate::plant::PlantParameters;
-use crate::sample::Sample;
-use crate::scenario::ControllerConfig;
+use crate::tick::Tick;
+use ctrl_core::controller::ControllerConfig;
 
 /// Steps after which the proof does not speak about the next one: the law was not evaluated as
 /// written, or a sign or an axis jumped.
@@ -20,45 +18,6 @@ pub(super) const OUTSIDE_THE_PROOF: StepStatus = StepStatus::FAULT
     .union(StepStatus::HEADING_HELD)
     .union(StepStatus::SIGN_FLIPPED)
     .union(StepStatus::AUXILIARY_CLIPPED);
-
-/// V and its ingredients at one tick, from the truth.
-#[derive(Clone, Copy, Debug)]
-pub struct Evaluation {
-    /// `e_p` (m).
-    pub position_error: DVec3,
-    /// `q_e`, with the sign that the law chose.
-    pub attitude_error: DQuat,
-    /// `w_e` (rad/s).
-    pub rate_error: DVec3,
-    /// `V3` (controller 1) or `V5` (controller 2).
-    pub value: f64,
-    /// The part of V that only estimates make up; it never has to decay.
-    pub parameter_part: f64,
-    /// `W`: the decrease that the theorem promises, (36) or (53) (1/s).
-    pub decrease: f64,
-    pub(super) translation: Translation,
-    pub(super) attitude: Attitude,
-    pub(super) lengths: Lengths,
-    /// `J^-1 ((J w) × w)`, weighed as `w_e'` is in V.
-    pub(super) gyroscopic: DVec3,
-    /// `a`, `theta`: true less estimated parameters, zero where adaptation is off.
-    pub(super) inverse_mass_error: f64,
-    pub(super) inertia_error: DVec3,
-    /// Widths of the translational and the rotational smooth sign.
-    pub(super) delta: (Width, Width),
-    /// What the estimates gain until the next tick before projection.
-    pub(super) increments: Increments,
-    /// `beta`.
-    pub(super) inverse_mass: f64,
-}
-
-/// Unprojected increments of the estimates over one tick: (14), (35) or (51), (52).
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Increments {
-    pub inverse_mass: f64,
-    pub inertia: DVec3,
-    pub gyroscopic_ratio: DVec3,
-}
 
 /// Evaluates V tick by tick.
 #[derive(Clone, Debug)]
@@ -91,21 +50,21 @@ impl Evaluator {
         }
     }
 
-    /// V at this tick; call once a tick, in order.
-    pub fn evaluate(&mut self, sample: &Sample) -> Evaluation {
-        let estimated = self.estimated(sample);
+    /// V at this tick; call once per tick, in order.
+    pub fn evaluate(&mut self, tick: &Tick) -> Evaluation {
+        let estimated = self.estimated(tick);
         let p = &self.parameters;
-        let delta = p.widths(sample.tick);
-        let translation = Translation::new(p, sample, estimated.inverse_mass, delta.0.value);
+        let delta = p.widths(tick.tick);
+        let translation = Translation::new(p, tick, estimated.inverse_mass, delta.0.value);
         let attitude = Attitude::new(
             translation.alpha,
-            &sample.reference,
-            sample.auxiliary.attitude.as_dquat(),
-            sample.truth.attitude,
-            sample.intermediates.attitude_error.as_dquat(),
+            &tick.reference,
+            tick.auxiliary.attitude.as_dquat(),
+            tick.truth.attitude,
+            tick.intermediates.attitude_error.as_dquat(),
         );
-        let mu = sample.intermediates.mu.as_dvec3();
-        let rate_error = sample.truth.rate_body - mu - sample.auxiliary.rate.as_dvec3();
+        let mu = tick.intermediates.mu.as_dvec3();
+        let rate_error = tick.truth.rate_body - mu - tick.auxiliary.rate.as_dvec3();
         let mut evaluation = Evaluation {
             position_error: translation.position_error,
             attitude_error: attitude.error,
@@ -117,8 +76,8 @@ impl Evaluator {
                 + p.k4 * rate_error.length_squared(),
             translation,
             attitude,
-            lengths: Lengths::new(sample, &translation, attitude.error, rate_error),
-            gyroscopic: p.gyroscopic(sample.truth.rate_body),
+            lengths: Lengths::new(tick, &translation, attitude.error, rate_error),
+            gyroscopic: p.gyroscopic(tick.truth.rate_body),
             inverse_mass_error: p.inverse_mass - estimated.inverse_mass,
             inertia_error: p.inertia_parameter() - estimated.inertia,
             delta,
@@ -127,13 +86,19 @@ impl Evaluator {
         };
         evaluation.parameter_part = parameter_part(p, &evaluation, estimated.gyroscopic_ratio);
         evaluation.value = state_part(p, &evaluation) + evaluation.parameter_part;
-        evaluation.increments = increments(p, &evaluation, sample);
+        evaluation.increments = increments(p, &evaluation, tick);
         self.increments = evaluation.increments;
         evaluation
     }
 
-    fn estimated(&mut self, sample: &Sample) -> Estimated {
-        let (p, estimates) = (&self.parameters, &sample.estimates);
+    /// `tick` with its evaluation; call once per tick, in order.
+    #[must_use]
+    pub fn evaluated(&mut self, tick: &Tick) -> Tick {
+        Tick { evaluation: self.evaluate(tick), ..*tick }
+    }
+
+    fn estimated(&mut self, tick: &Tick) -> Estimated {
+        let (p, estimates) = (&self.parameters, &tick.estimates);
         let (reported, set) = if p.saturated.is_some() {
             let set = (1.0 / p.inertia_set.1, 1.0 / p.inertia_set.0);
             (estimates.inverse_inertia.as_dvec3(), set)
@@ -177,19 +142,19 @@ fn parameter_part(p: &Parameters, evaluation: &Evaluation, ratio: DVec3) -> f64 
 }
 
 /// The update laws (14), (35), (51), (52) over one tick, before projection.
-fn increments(p: &Parameters, evaluation: &Evaluation, sample: &Sample) -> Increments {
-    let (w, w_e) = (sample.truth.rate_body, evaluation.rate_error);
+fn increments(p: &Parameters, evaluation: &Evaluation, tick: &Tick) -> Increments {
+    let (w, w_e) = (tick.truth.rate_body, evaluation.rate_error);
     let thrust = evaluation.lengths.alpha;
-    let body_z = sample.truth.attitude * DVec3::Z;
+    let body_z = tick.truth.attitude * DVec3::Z;
     let inverse_mass = p.dt * p.gamma1 * thrust * evaluation.translation.g.dot(body_z);
     let (inertia, gyroscopic_ratio) = match p.saturated {
         None => {
             // Y^T w_e = -w * (w x w_e) + mu' * w_e, element-wise.
-            let mu_dot = sample.intermediates.mu_dot.as_dvec3();
+            let mu_dot = tick.intermediates.mu_dot.as_dvec3();
             (-p.dt * p.gamma2 * (mu_dot * w_e - w * w.cross(w_e)), DVec3::ZERO)
         }
         Some(saturated) => {
-            let torque = sample.output.wrench.torque_body.as_dvec3();
+            let torque = tick.output.wrench.torque_body.as_dvec3();
             let products = DVec3::new(w.y * w.z, w.x * w.z, w.x * w.y);
             (p.dt * p.gamma2 * torque * w_e, p.dt * saturated.gamma3 * products * w_e)
         }

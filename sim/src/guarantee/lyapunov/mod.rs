@@ -24,5 +24,5 @@ pub mod translation;
 mod tests;
 
 pub use balance::SMOOTHING;
-pub use function::{Evaluation, Evaluator};
+pub use function::Evaluator;
 pub use monitor::LyapunovMonitor;

@@ -1,14 +1,15 @@
 //! The guarantee on V: it obeys the balance at every tick, and falls outside its ultimate set.
 
 use super::balance::{Balance, balance};
-use super::function::{Evaluation, OUTSIDE_THE_PROOF};
+use super::function::OUTSIDE_THE_PROOF;
 use super::parameters::Parameters;
 use crate::guarantee::verdict::{Extreme, Requirement, Verdict};
 use crate::guarantee::{GuaranteeConfig, Monitor};
+use crate::observer::Observer;
 use crate::plant::PlantParameters;
 use crate::plant::actuation::{ActuationConfig, Limits};
-use crate::sample::Sample;
-use crate::scenario::ControllerConfig;
+use crate::tick::Tick;
+use ctrl_core::controller::ControllerConfig;
 
 /// Watches V over a flight.
 #[derive(Clone, Debug)]
@@ -18,7 +19,7 @@ pub struct LyapunovMonitor {
     /// Whether what acts is the command, where the rotors can give it; else nothing is promised of V.
     is_prompt: bool,
     limits: Option<Limits>,
-    previous: Option<(Sample, Evaluation)>,
+    previous: Option<Tick>,
     window: Window,
     excess: Extreme,
     rise: Extreme,
@@ -71,16 +72,17 @@ impl LyapunovMonitor {
 
     /// Whether the proof does not speak about the tick after this one.
     #[inline]
-    fn leaves_out(&self, sample: &Sample) -> bool {
-        let cut = |limits: Limits| self.is_prompt && limits.cut(&sample.output.wrench);
-        sample.output.status.intersects(OUTSIDE_THE_PROOF) || self.limits.is_some_and(cut)
+    fn leaves_out(&self, tick: &Tick) -> bool {
+        let cut = |limits: Limits| self.is_prompt && limits.cut(&tick.output.wrench);
+        tick.output.status.intersects(OUTSIDE_THE_PROOF) || self.limits.is_some_and(cut)
     }
 
-    fn tick(&mut self, balance: &Balance, sample: &Sample, evaluation: &Evaluation) {
+    fn add(&mut self, balance: &Balance, tick: &Tick) {
+        let evaluation = &tick.evaluation;
         let dt = self.parameters.dt;
-        self.excess.highest(balance.excess(dt), sample.time);
-        self.model.highest(balance.model, sample.time);
-        self.disturbance.highest(balance.disturbance - balance.smoothing, sample.time);
+        self.excess.highest(balance.excess(dt), tick.time);
+        self.model.highest(balance.model, tick.time);
+        self.disturbance.highest(balance.disturbance - balance.smoothing, tick.time);
         let window = &mut self.window;
         if window.duration == 0.0 {
             window.start = evaluation.value - balance.change;
@@ -91,31 +93,34 @@ impl LyapunovMonitor {
         if window.duration >= self.window_length {
             if window.surplus > 0.0 {
                 self.outside += window.duration;
-                self.rise.highest(window.value - window.start, sample.time);
+                self.rise.highest(window.value - window.start, tick.time);
             }
             self.window = Window::default();
         }
     }
 }
 
-impl Monitor for LyapunovMonitor {
-    fn observe(&mut self, sample: &Sample, evaluation: &Evaluation) {
-        if let Some((before, earlier)) = &self.previous {
+impl Observer for LyapunovMonitor {
+    fn observe(&mut self, tick: &Tick) {
+        let evaluation = &tick.evaluation;
+        if let Some(before) = &self.previous {
             if self.leaves_out(before) {
                 let count = self.left_out.value().unwrap_or(0.0) + 1.0;
-                self.left_out = Extreme::at(count, sample.time);
+                self.left_out = Extreme::at(count, tick.time);
                 self.window = Window::default();
             } else {
-                let balance = balance(&self.parameters, (before, earlier), (sample, evaluation));
-                self.tick(&balance, sample, evaluation);
+                let balance = balance(&self.parameters, before, tick);
+                self.add(&balance, tick);
             }
         } else {
-            self.start = Extreme::at(evaluation.value, sample.time);
+            self.start = Extreme::at(evaluation.value, tick.time);
         }
-        self.latest = Extreme::at(evaluation.value, sample.time);
-        self.previous = Some((*sample, *evaluation));
+        self.latest = Extreme::at(evaluation.value, tick.time);
+        self.previous = Some(*tick);
     }
+}
 
+impl Monitor for LyapunovMonitor {
     fn verdicts(&self) -> Vec<Verdict> {
         let info = Requirement::Information;
         let zero = Requirement::AtMost(0.0);

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
+use crate::evaluation::Width;
 use crate::plant::PlantParameters;
-use crate::scenario::ControllerConfig;
+use ctrl_core::controller::ControllerConfig;
 
 /// What the Lyapunov function of one law on one vehicle is made of; symbols as in the theory.
 #[derive(Clone, Copy, Debug)]
@@ -86,15 +87,6 @@ impl Parameters {
             Width::new(ticks, decayed, self.delta_min_rotation),
         )
     }
-}
-
-/// Width of a smooth sign.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Width {
-    /// `delta`.
-    pub value: f64,
-    /// By how much `h` with the core's own width may differ.
-    pub sign_error: f64,
 }
 
 impl Width {

@@ -4,21 +4,20 @@
 //! Each quantity that the law computes gets a bound on its error, a few units in the last place of
 //! the largest terms that it is a sum of; V changes by that error times what it multiplies in V'.
 
-use super::function::Evaluation;
-use super::lengths::Lengths;
 use super::parameters::Parameters;
+use crate::evaluation::{Evaluation, Lengths};
 use crate::norm::Norm;
-use crate::sample::Sample;
+use crate::tick::Tick;
 
 /// Twice the relative error of one operation.
 const ULP: f64 = f32::EPSILON as f64;
 
 /// `A_r`.
-pub(super) fn rounding(p: &Parameters, sample: &Sample, now: &Evaluation) -> f64 {
+pub(super) fn rounding(p: &Parameters, tick: &Tick, now: &Evaluation) -> f64 {
     let Lengths { g, rate_error: w_e, attitude_error: eps, .. } = now.lengths;
-    let error = Errors::new(p, sample, now);
+    let error = Errors::new(p, tick, now);
     // While the auxiliary attitude is away from rest, its own rounding turns R_d at every tick.
-    let auxiliary = if sample.auxiliary.attitude.w < 1.0 { 4.0 * ULP } else { 0.0 };
+    let auxiliary = if tick.auxiliary.attitude.w < 1.0 { 4.0 * ULP } else { 0.0 };
     p.c * (error.stepping + p.dt * error.acceleration * g)
         + p.dt * (error.rate_dot * w_e + error.virtual_rate * eps)
         + auxiliary * eps
@@ -38,8 +37,8 @@ struct Errors {
 }
 
 impl Errors {
-    fn new(p: &Parameters, sample: &Sample, now: &Evaluation) -> Self {
-        let (truth, reference) = (&sample.truth, &sample.reference);
+    fn new(p: &Parameters, tick: &Tick, now: &Evaluation) -> Self {
+        let (truth, reference) = (&tick.truth, &tick.reference);
         let position = reference.position_world.as_dvec3().norm() + now.position_error.norm();
         let velocity = truth.velocity_world.norm() + reference.velocity_world.as_dvec3().norm();
         let specific_force = now.lengths.alpha * now.inverse_mass;
@@ -49,11 +48,11 @@ impl Errors {
             + sigma
             + p.d1 * (now.delta.0.sign_error + g / now.delta.0.value); // (13)
         let turn = 8.0 * ULP + acceleration / specific_force; // of R_d and q_e [rad]
-        let virtual_rate = virtual_rate(p, sample, now, turn, g);
+        let virtual_rate = virtual_rate(p, tick, now, turn, g);
         Self {
             acceleration,
             virtual_rate,
-            rate_dot: rate_dot(p, sample, now, turn),
+            rate_dot: rate_dot(p, tick, now, turn),
             // The reference is evaluated in f32, with errors of a few units.
             stepping: 4.0
                 * ULP
@@ -63,20 +62,20 @@ impl Errors {
 }
 
 /// Error of `mu` (31), (49).
-fn virtual_rate(p: &Parameters, sample: &Sample, now: &Evaluation, turn: f64, g: f64) -> f64 {
+fn virtual_rate(p: &Parameters, tick: &Tick, now: &Evaluation, turn: f64, g: f64) -> f64 {
     let coupling = 2.0 * p.c * now.lengths.alpha * now.inverse_mass;
-    let desired_rate = sample.intermediates.desired_rate.as_dvec3().norm();
+    let desired_rate = tick.intermediates.desired_rate.as_dvec3().norm();
     16.0 * ULP * now.lengths.virtual_rate
         + turn * (p.k3 + desired_rate + coupling * now.lengths.g)
         + coupling * g
 }
 
 /// Error of the torque (34), (50), per unit of what weighs `w_e` in V.
-fn rate_dot(p: &Parameters, sample: &Sample, now: &Evaluation, turn: f64) -> f64 {
-    let torque = sample.output.torque_demand_body.as_dvec3();
+fn rate_dot(p: &Parameters, tick: &Tick, now: &Evaluation, turn: f64) -> f64 {
+    let torque = tick.output.torque_demand_body.as_dvec3();
     let (demand, d2) = match p.saturated {
         None => (torque, p.d2),
-        Some(_) => (torque * sample.estimates.inverse_inertia.as_dvec3(), p.d2 / p.inertia_set.0),
+        Some(_) => (torque * tick.estimates.inverse_inertia.as_dvec3(), p.d2 / p.inertia_set.0),
     };
     let rate = 4.0 * ULP * (now.lengths.rate + now.lengths.virtual_rate);
     16.0 * ULP * demand.norm()

@@ -7,10 +7,11 @@ use glam::{DVec3, Vec3};
 use super::*;
 use crate::guarantee::test_flight::{VEHICLE, both, fly_either, robust_adaptive, saturated};
 use crate::guarantee::{GuaranteeConfig, Monitor, Verdict};
+use crate::observer::Observer;
 use crate::plant::Disturbance;
 use crate::plant::actuation::ActuationConfig;
-use crate::sample::Sample;
-use crate::scenario::ControllerConfig;
+use crate::tick::Tick;
+use ctrl_core::controller::ControllerConfig;
 
 const CONFIG: GuaranteeConfig = GuaranteeConfig {
     settle_time: 0.0,
@@ -22,12 +23,11 @@ const CONFIG: GuaranteeConfig = GuaranteeConfig {
 };
 
 /// The monitor's rows after a flight that is tampered with.
-fn rows(config: &ControllerConfig, seconds: f64, tamper: impl FnMut(&mut Sample)) -> Vec<Verdict> {
+fn rows(config: &ControllerConfig, seconds: f64, tamper: impl FnMut(&mut Tick)) -> Vec<Verdict> {
     let mut evaluator = Evaluator::new(config, &VEHICLE);
     let mut monitor = LyapunovMonitor::new(&CONFIG, config, &VEHICLE, &ActuationConfig::default());
-    fly_either(config, seconds, tamper, |sample| {
-        let evaluation = evaluator.evaluate(sample);
-        monitor.observe(sample, &evaluation);
+    fly_either(config, seconds, tamper, |tick| {
+        monitor.observe(&evaluator.evaluated(tick));
     });
     monitor.verdicts()
 }
@@ -51,7 +51,7 @@ fn v_obeys_its_balance_under_both_laws() {
 }
 
 /// Largest excess over the balance of a flight that is tampered with, which must be a failure.
-fn excess(config: &ControllerConfig, tamper: impl FnMut(&mut Sample)) -> f64 {
+fn excess(config: &ControllerConfig, tamper: impl FnMut(&mut Tick)) -> f64 {
     let rows = rows(config, 3.0, tamper);
     let row = row(&rows, "V rises beyond its balance");
     assert!(!row.pass, "{row:?}");
@@ -62,8 +62,8 @@ fn excess(config: &ControllerConfig, tamper: impl FnMut(&mut Sample)) -> f64 {
 fn a_law_with_the_wrong_sign_of_its_rate_feedback_breaks_the_balance() {
     let [first, second] = both(0.001);
     let flip = |gain: f32| {
-        move |sample: &mut Sample| {
-            sample.output.wrench.torque_body += 2.0 * gain * sample.intermediates.rate_error;
+        move |tick: &mut Tick| {
+            tick.output.wrench.torque_body += 2.0 * gain * tick.intermediates.rate_error;
         }
     };
     assert!(excess(&first, flip(0.5)) > 0.1);
@@ -76,33 +76,33 @@ fn an_adaptation_that_runs_backwards_breaks_the_balance() {
     // The shipped gain moves theta_hat by less than its report can show.
     let second = ControllerConfig::Saturated(SaturatedConfig { gamma2: 10.0, ..saturated(0.001) });
     assert!(rows(&second, 3.0, |_| {}).iter().all(|row| row.pass));
-    excess(&first, |sample| {
-        sample.estimates.inertia = Vec3::splat(0.12) - sample.estimates.inertia;
+    excess(&first, |tick| {
+        tick.estimates.inertia = Vec3::splat(0.12) - tick.estimates.inertia;
     });
-    excess(&first, |sample| {
-        sample.estimates.inverse_mass = 2.0 / 0.75 - sample.estimates.inverse_mass;
+    excess(&first, |tick| {
+        tick.estimates.inverse_mass = 2.0 / 0.75 - tick.estimates.inverse_mass;
     });
-    excess(&second, |sample| {
+    excess(&second, |tick| {
         let start = Vec3::splat(1.0 / 0.06);
-        sample.estimates.inverse_inertia = 2.0 * start - sample.estimates.inverse_inertia;
+        tick.estimates.inverse_inertia = 2.0 * start - tick.estimates.inverse_inertia;
     });
 }
 
 #[test]
 fn a_lost_torque_axis_or_a_wrong_virtual_rate_breaks_the_balance() {
     for config in both(0.001) {
-        excess(&config, |sample| sample.output.wrench.torque_body.x = 0.0);
-        excess(&config, |sample| sample.intermediates.mu *= 1.05);
+        excess(&config, |tick| tick.output.wrench.torque_body.x = 0.0);
+        excess(&config, |tick| tick.intermediates.mu *= 1.05);
     }
 }
 
 #[test]
 fn a_disturbance_that_nobody_admits_breaks_the_balance() {
     for config in both(0.001) {
-        excess(&config, |sample| {
-            // Along w_e, so that it feeds the error; the sample does not show it.
-            let push = sample.intermediates.rate_error.normalize_or_zero();
-            sample.output.wrench.torque_body += 0.02 * push;
+        excess(&config, |tick| {
+            // Along w_e, so that it feeds the error; the tick does not show it.
+            let push = tick.intermediates.rate_error.normalize_or_zero();
+            tick.output.wrench.torque_body += 0.02 * push;
         });
     }
 }
@@ -110,8 +110,8 @@ fn a_disturbance_that_nobody_admits_breaks_the_balance() {
 #[test]
 fn a_disturbance_beyond_its_bound_is_seen_as_such() {
     for config in both(0.001) {
-        let rows = rows(&config, 3.0, |sample| {
-            sample.disturbance.torque_body += DVec3::new(0.3, 0.0, 0.0);
+        let rows = rows(&config, 3.0, |tick| {
+            tick.disturbance.torque_body += DVec3::new(0.3, 0.0, 0.0);
         });
         assert!(row(&rows, "V rises beyond its balance").pass, "it is in the balance");
         assert!(!row(&rows, "disturbance term").pass);
@@ -121,10 +121,10 @@ fn a_disturbance_beyond_its_bound_is_seen_as_such() {
 #[test]
 fn steps_outside_the_proof_are_counted_and_not_judged() {
     let [first, _] = both(0.001);
-    let rows = rows(&first, 1.0, |sample| {
-        if sample.tick == 500 {
-            sample.output.status |= StepStatus::SIGN_FLIPPED;
-            sample.output.wrench.torque_body = Vec3::splat(3.0);
+    let rows = rows(&first, 1.0, |tick| {
+        if tick.tick == 500 {
+            tick.output.status |= StepStatus::SIGN_FLIPPED;
+            tick.output.wrench.torque_body = Vec3::splat(3.0);
         }
     });
     assert!(row(&rows, "V rises beyond its balance").pass, "{rows:#?}");
@@ -135,18 +135,17 @@ fn steps_outside_the_proof_are_counted_and_not_judged() {
 fn balances(
     config: &ControllerConfig,
     seconds: f64,
-    tamper: impl FnMut(&mut Sample),
+    tamper: impl FnMut(&mut Tick),
     mut see: impl FnMut(balance::Balance),
 ) {
     let mut evaluator = Evaluator::new(config, &VEHICLE);
-    let mut previous: Option<(Sample, Evaluation)> = None;
-    fly_either(config, seconds, tamper, |sample| {
-        let evaluation = evaluator.evaluate(sample);
-        if let Some((before, earlier)) = &previous {
-            let p = &evaluator.parameters;
-            see(balance::balance(p, (before, earlier), (sample, &evaluation)));
+    let mut previous: Option<Tick> = None;
+    fly_either(config, seconds, tamper, |tick| {
+        let tick = evaluator.evaluated(tick);
+        if let Some(before) = &previous {
+            see(balance::balance(&evaluator.parameters, before, &tick));
         }
-        previous = Some((*sample, evaluation));
+        previous = Some(tick);
     });
 }
 
@@ -158,7 +157,7 @@ fn with_the_true_mass_and_in_still_air_the_model_term_is_only_the_hold() {
         config.cascade.gamma1 = 0.0;
         let config = ControllerConfig::RobustAdaptive(config);
         let (mut model, mut decrease) = (0.0f64, 0.0f64);
-        let still = |sample: &mut Sample| sample.disturbance = Disturbance::default();
+        let still = |tick: &mut Tick| tick.disturbance = Disturbance::default();
         balances(&config, 3.0, still, |balance| {
             model = model.max(balance.model.abs());
             decrease = decrease.max(balance.decrease);

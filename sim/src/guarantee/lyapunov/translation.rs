@@ -4,30 +4,12 @@ use ctrl_core::vehicle::GRAVITY;
 use glam::DVec3;
 
 use super::parameters::Parameters;
-use crate::sample::Sample;
-
-/// Everything translational at one tick.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Translation {
-    pub position_error: DVec3,
-    pub velocity_error: DVec3,
-    /// `sig_1(L1)`.
-    pub sigma_1: DVec3,
-    /// `G` (16).
-    pub g: DVec3,
-    /// `h(G, delta_t)` (17).
-    pub sign: DVec3,
-    /// `alpha` (13).
-    pub alpha: DVec3,
-    /// `V1` without its mass term.
-    pub potential: f64,
-    /// `k2 |sig_1 + sig_2|^2 + (k1/k2) L2 . sig_2(L2)` (18).
-    pub decrease: f64,
-}
+use crate::evaluation::Translation;
+use crate::tick::Tick;
 
 impl Translation {
-    pub fn new(p: &Parameters, sample: &Sample, inverse_mass: f64, delta: f64) -> Self {
-        let (truth, reference) = (&sample.truth, &sample.reference);
+    pub(super) fn new(p: &Parameters, tick: &Tick, inverse_mass: f64, delta: f64) -> Self {
+        let (truth, reference) = (&tick.truth, &tick.reference);
         let e_p = truth.position_world - reference.position_world.as_dvec3();
         let e_v = truth.velocity_world - reference.velocity_world.as_dvec3();
         let (l1, l2) = (p.k1 * e_p + p.k2 * e_v, p.k2 * e_v);

@@ -14,7 +14,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
 
-use super::Disturbance;
+use super::{Disturbance, PlantState};
 use gust::GustProcess;
 use noise::NoiseProcess;
 use sinusoid::SinusoidProcess;
@@ -68,7 +68,14 @@ impl DisturbanceConfig {
     }
 }
 
-/// The disturbance, tick by tick.
+/// A source of disturbances in a flight.
+pub trait DisturbanceSource {
+    /// The disturbance from now to the next tick, on a vehicle in the state `truth`; moves on by one
+    /// tick.
+    fn advance(&mut self, truth: &PlantState) -> Disturbance;
+}
+
+/// The configured disturbance, tick by tick.
 #[derive(Clone, Debug)]
 pub struct DisturbanceProcess {
     constant: Disturbance,
@@ -91,10 +98,11 @@ impl DisturbanceProcess {
             gust: config.gust.map(|gust| GustProcess::new(&gust, step_period, stream(seed, 1))),
         }
     }
+}
 
-    /// What acts from now to the next tick; moves on by one tick.
+impl DisturbanceSource for DisturbanceProcess {
     #[inline]
-    pub fn advance(&mut self) -> Disturbance {
+    fn advance(&mut self, _: &PlantState) -> Disturbance {
         let mut sum = self.constant;
         if let Some(noise) = &mut self.noise {
             sum += noise.advance();

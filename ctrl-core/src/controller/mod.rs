@@ -1,4 +1,11 @@
-//! What both controllers have in common for those who use them: one trait, one output, one status.
+//! The interface of controllers: [`TrackingController`] for every harness, [`AdaptiveController`] for
+//! the laws of the paper, and [`AnyController`] for a choice at run time.
+
+mod any;
+mod config;
+
+pub use any::{AnyController, AnyControllerState};
+pub use config::ControllerConfig;
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -9,7 +16,7 @@ use crate::trajectory::Trajectory;
 use crate::vehicle::{VehicleState, Wrench, WrenchBounds};
 
 bitflags::bitflags! {
-    /// What happened in one step. Empty when the law was evaluated without any limit acting.
+    /// Events of one step. Empty when the law was evaluated without any limit acting.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
     pub struct StepStatus: u16 {
         /// The wrench is the last one that was computed from good input (or the safe initial one).
@@ -47,15 +54,21 @@ impl StepStatus {
         .union(Self::RESULT_INVALID);
 }
 
-/// What one step returns.
+/// Result of one step; `StepOutput::from(wrench)` is that of a law without limits or faults.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepOutput {
     /// The command, always finite and inside the controller's [`WrenchBounds`].
     pub wrench: Wrench,
     /// `tau_d`: the torque before saturation (N m); the wrench's own for controller 1.
     pub torque_demand_body: Vec3,
-    /// What happened.
+    /// Limits that acted, and faults.
     pub status: StepStatus,
+}
+
+impl From<Wrench> for StepOutput {
+    fn from(wrench: Wrench) -> Self {
+        Self { wrench, torque_demand_body: wrench.torque_body, status: StepStatus::empty() }
+    }
 }
 
 /// The controller's current estimates of the unknown parameters; zero where it has none.
@@ -69,6 +82,16 @@ pub struct Estimates {
     pub inverse_inertia: Vec3,
     /// `Pi_hat`: gyroscopic ratios (-), controller 2.
     pub gyroscopic_ratio: Vec3,
+}
+
+impl Estimates {
+    /// No estimates: all zero.
+    pub const NONE: Self = Self {
+        inverse_mass: 0.0,
+        inertia: Vec3::ZERO,
+        inverse_inertia: Vec3::ZERO,
+        gyroscopic_ratio: Vec3::ZERO,
+    };
 }
 
 /// The auxiliary system (38), (39) of controller 2; at rest for controller 1.
@@ -136,9 +159,10 @@ pub struct Intermediates {
 
 /// A tracking controller: an immutable, validated value; its memory is a separate state.
 ///
-/// The step is total and fixed-step: whatever the input, it returns a finite wrench inside
-/// [`bounds`](Self::bounds), a status, and a state whose estimates are inside their sets. It
-/// allocates nothing, blocks on nothing, has no loop, and calls no sine or cosine.
+/// Everything a harness needs to fly a vehicle. Implement it for a control law of your own; the laws of
+/// this crate also implement [`AdaptiveController`].
+///
+/// The step is fixed-step and must be total: a finite wrench and a status, whatever the input.
 pub trait TrackingController {
     /// The controller's memory between two steps.
     type State: Clone;
@@ -146,18 +170,27 @@ pub trait TrackingController {
     /// The memory before the first step.
     fn initial_state(&self) -> Self::State;
 
-    /// One evaluation of the law at the current tick; advances `state` by one step period.
-    #[inline]
+    /// Evaluates the law at the current tick and advances `state` by one step period.
     fn step(
         &self,
         state: &mut Self::State,
         vehicle: &VehicleState,
         reference: &Reference,
-    ) -> StepOutput {
-        self.step_observed(state, vehicle, reference, |_| {})
-    }
+    ) -> StepOutput;
 
-    /// The same step; `observe` sees every intermediate quantity (not called when input is held).
+    /// The fixed step `dt` (s).
+    fn step_period(&self) -> f32;
+}
+
+/// A controller of the paper: known bounds, estimates, an auxiliary system, and a view of every
+/// intermediate quantity.
+///
+/// The step is total: whatever the input, it returns a finite wrench inside [`bounds`](Self::bounds),
+/// a status, and a state whose estimates are inside their sets. It allocates nothing, blocks on
+/// nothing, has no loop, and calls no sine or cosine.
+pub trait AdaptiveController: TrackingController {
+    /// Performs the same step as [`step`](TrackingController::step) and passes every intermediate
+    /// quantity to `observe`, which is not called when the output is held.
     fn step_observed(
         &self,
         state: &mut Self::State,
@@ -165,9 +198,6 @@ pub trait TrackingController {
         reference: &Reference,
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput;
-
-    /// The fixed step `dt` (s).
-    fn step_period(&self) -> f32;
 
     /// `M_p`: bound of each component of the reference acceleration (m/s^2).
     fn reference_acceleration_max(&self) -> f32;

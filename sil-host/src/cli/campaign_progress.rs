@@ -6,24 +6,26 @@ use std::sync::PoisonError;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use sil_host::campaign::CampaignProgress;
 
 /// Time between two lines.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// Shows how far a campaign has come, how fast it goes and how long it will take.
+/// Progress of a campaign: share flown, rate and remaining time.
 #[derive(Debug)]
-pub struct Progress {
+pub struct CampaignProgressBar {
     name: String,
     bar: ProgressBar,
     lines: bool,
-    total: u32,
     started: Instant,
     flown: Mutex<Flown>,
 }
 
-/// What has been flown since the start.
+/// Runs and simulated time flown.
 #[derive(Clone, Copy, Debug, Default)]
 struct Flown {
+    /// Runs in all.
+    total: u32,
     runs: u32,
     /// Runs of earlier sessions.
     before: u32,
@@ -33,54 +35,34 @@ struct Flown {
     lines: u32,
 }
 
-impl Progress {
-    /// Of `total` runs, of which `before` have been flown earlier.
+impl CampaignProgressBar {
+    /// A bar for the campaign `name`; hidden if `quiet`.
     #[must_use]
-    pub fn new(name: &str, total: u32, before: u32, quiet: bool) -> Self {
+    pub fn new(name: &str, quiet: bool) -> Self {
         let terminal = std::io::stderr().is_terminal();
-        let bar = match quiet || !terminal {
-            true => ProgressBar::hidden(),
-            false => ProgressBar::new(total.into()).with_position(before.into()),
-        };
+        let bar = if quiet || !terminal { ProgressBar::hidden() } else { ProgressBar::new(0) };
         if let Ok(style) =
             ProgressStyle::with_template("{prefix} [{bar:30}] {pos}/{len} runs  {msg}")
         {
             bar.set_style(style.progress_chars("=> "));
         }
         bar.set_prefix(name.to_owned());
-        let flown = Mutex::new(Flown { before, ..Flown::default() });
         let lines = !quiet && !terminal;
-        Self { name: name.to_owned(), bar, lines, total, started: Instant::now(), flown }
-    }
-
-    /// A run has been flown, `time` (s) of flight in all its variants.
-    pub fn flown(&self, time: f64) {
-        let mut flown = self.flown.lock().unwrap_or_else(PoisonError::into_inner);
-        flown.runs += 1;
-        flown.time += time;
-        let done = flown.before + flown.runs;
-        self.bar.inc(1);
-        if !self.bar.is_hidden() {
-            self.bar.set_message(self.rates(&flown));
-        }
-        if self.lines && self.started.elapsed() > LINE_EVERY * (flown.lines + 1) {
-            flown.lines += 1;
-            let (name, total) = (&self.name, self.total);
-            eprintln!("{name}: {done}/{total} runs, {}", self.rates(&flown));
-        }
+        let flown = Mutex::new(Flown::default());
+        Self { name: name.to_owned(), bar, lines, started: Instant::now(), flown }
     }
 
     /// Speed so far and time left.
     fn rates(&self, flown: &Flown) -> String {
         let elapsed = self.started.elapsed().as_secs_f64().max(1e-9);
         let rate = f64::from(flown.runs) / elapsed;
-        let left = f64::from(self.total - flown.before - flown.runs) / rate;
+        let left = f64::from(flown.total - flown.before - flown.runs) / rate;
         let real_time = flown.time / elapsed;
         format!("{rate:.1} runs/s, {real_time:.0} x real time, {} left", duration(left))
     }
 
-    /// The last run has been flown; returns how long it took.
-    pub fn finish(self) -> Duration {
+    /// Ends the bar with a line on the runs flown.
+    pub fn finish(self) {
         let took = self.started.elapsed();
         self.bar.finish_and_clear();
         let flown = self.flown.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -93,7 +75,31 @@ impl Progress {
                 duration(seconds)
             );
         }
-        took
+    }
+}
+
+impl CampaignProgress for CampaignProgressBar {
+    fn begin(&self, total: u32, before: u32) {
+        self.bar.set_length(total.into());
+        self.bar.set_position(before.into());
+        let mut flown = self.flown.lock().unwrap_or_else(PoisonError::into_inner);
+        (flown.total, flown.before) = (total, before);
+    }
+
+    fn run_completed(&self, flight_time: f64) {
+        let mut flown = self.flown.lock().unwrap_or_else(PoisonError::into_inner);
+        flown.runs += 1;
+        flown.time += flight_time;
+        let done = flown.before + flown.runs;
+        self.bar.inc(1);
+        if !self.bar.is_hidden() {
+            self.bar.set_message(self.rates(&flown));
+        }
+        if self.lines && self.started.elapsed() > LINE_EVERY * (flown.lines + 1) {
+            flown.lines += 1;
+            let (name, total) = (&self.name, flown.total);
+            eprintln!("{name}: {done}/{total} runs, {}", self.rates(&flown));
+        }
     }
 }
 

@@ -1,0 +1,143 @@
+//! A controller of any kind, chosen at run time.
+
+use glam::Quat;
+
+use super::{
+    AdaptiveController, Auxiliary, Estimates, Intermediates, StepOutput, StepStatus,
+    TrackingController,
+};
+use crate::reference::Reference;
+use crate::robust_adaptive::{RobustAdaptive, RobustAdaptiveState};
+use crate::saturated::{Saturated, SaturatedState};
+use crate::vehicle::{VehicleState, Wrench, WrenchBounds};
+
+/// A controller of any kind. Another kind costs a variant here and an arm of the macro below.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AnyController {
+    /// Controller 1.
+    RobustAdaptive(RobustAdaptive),
+    /// Controller 2.
+    Saturated(Saturated),
+}
+
+/// Memory of a controller of any kind.
+///
+/// A step with the memory of another kind begins from the controller's initial state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AnyControllerState {
+    /// Memory of controller 1.
+    RobustAdaptive(RobustAdaptiveState),
+    /// Memory of controller 2.
+    Saturated(SaturatedState),
+}
+
+/// Evaluates the expression for the controller of whichever kind.
+macro_rules! of_each {
+    ($any:expr, $controller:ident => $value:expr) => {
+        match $any {
+            AnyController::RobustAdaptive($controller) => $value,
+            AnyController::Saturated($controller) => $value,
+        }
+    };
+}
+
+/// Evaluates the expression for a controller with its own state, else `$mismatch`.
+macro_rules! with_state {
+    ($any:expr, $of:expr, $controller:ident, $state:ident => $value:expr, $mismatch:expr) => {
+        match ($any, $of) {
+            (
+                AnyController::RobustAdaptive($controller),
+                AnyControllerState::RobustAdaptive($state),
+            ) => $value,
+            (AnyController::Saturated($controller), AnyControllerState::Saturated($state)) => {
+                $value
+            }
+            _ => $mismatch,
+        }
+    };
+}
+
+impl AnyController {
+    /// `true` if `state` is of this controller's kind.
+    fn owns(&self, state: &AnyControllerState) -> bool {
+        with_state!(self, state, _controller, _state => true, false)
+    }
+}
+
+impl TrackingController for AnyController {
+    type State = AnyControllerState;
+
+    fn initial_state(&self) -> AnyControllerState {
+        match self {
+            Self::RobustAdaptive(controller) => {
+                AnyControllerState::RobustAdaptive(controller.initial_state())
+            }
+            Self::Saturated(controller) => {
+                AnyControllerState::Saturated(controller.initial_state())
+            }
+        }
+    }
+
+    #[inline]
+    fn step(
+        &self,
+        state: &mut AnyControllerState,
+        vehicle: &VehicleState,
+        reference: &Reference,
+    ) -> StepOutput {
+        self.step_observed(state, vehicle, reference, |_| {})
+    }
+
+    fn step_period(&self) -> f32 {
+        of_each!(self, controller => controller.step_period())
+    }
+}
+
+impl AdaptiveController for AnyController {
+    #[inline]
+    fn step_observed(
+        &self,
+        state: &mut AnyControllerState,
+        vehicle: &VehicleState,
+        reference: &Reference,
+        observe: impl FnOnce(&Intermediates),
+    ) -> StepOutput {
+        if !self.owns(state) {
+            *state = self.initial_state();
+        }
+        with_state!(
+            self, state, controller, own =>
+            controller.step_observed(own, vehicle, reference, observe),
+            // Not reached: the state is of this kind by now.
+            StepOutput {
+                status: StepStatus::OUTPUT_HELD,
+                ..StepOutput::from(Wrench {
+                    thrust: self.bounds().thrust_min,
+                    torque_body: glam::Vec3::ZERO,
+                })
+            }
+        )
+    }
+
+    fn reference_acceleration_max(&self) -> f32 {
+        of_each!(self, controller => controller.reference_acceleration_max())
+    }
+
+    fn bounds(&self) -> WrenchBounds {
+        of_each!(self, controller => controller.bounds())
+    }
+
+    fn estimates(&self, state: &AnyControllerState) -> Estimates {
+        with_state!(self, state, controller, own => controller.estimates(own), {
+            of_each!(self, controller => controller.estimates(&controller.initial_state()))
+        })
+    }
+
+    fn attitude_error(&self, state: &AnyControllerState) -> Quat {
+        with_state!(self, state, controller, own => controller.attitude_error(own), Quat::IDENTITY)
+    }
+
+    fn auxiliary(&self, state: &AnyControllerState) -> Auxiliary {
+        with_state!(self, state, controller, own => controller.auxiliary(own), Auxiliary::REST)
+    }
+}

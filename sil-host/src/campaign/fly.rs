@@ -1,0 +1,133 @@
+//! Flies the missing runs of a campaign, and single runs again.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use super::built_in::BuiltInCampaign;
+use super::error::CampaignError;
+use super::execute::{execute, pool};
+use super::plan::{Campaign, Variant};
+use super::shard::Shard;
+use super::store::Store;
+use super::summary::Summary;
+use super::table::CampaignResults;
+use crate::report::FlightReport;
+use crate::run::{self, FlightOptions};
+
+/// Options of a campaign's flights.
+#[derive(Clone, Debug)]
+pub struct CampaignOptions {
+    /// Directory of results; the campaign gets one below it. Results that are there are continued.
+    pub out: PathBuf,
+    /// Overwrite results instead of continuing them.
+    pub restart: bool,
+    /// Share of the campaign to fly.
+    pub shard: Shard,
+    /// Worker threads; none: one per core.
+    pub threads: Option<u32>,
+}
+
+/// Receiver of a campaign's progress, called from every worker thread.
+pub trait CampaignProgress: Sync {
+    /// Called once before the first run: number of runs in all, and of those flown earlier.
+    fn begin(&self, total: u32, before: u32);
+
+    /// Called after every run with its simulated time in all variants (s).
+    fn run_completed(&self, flight_time: f64);
+}
+
+/// No progress is shown.
+impl CampaignProgress for () {
+    fn begin(&self, _: u32, _: u32) {}
+
+    fn run_completed(&self, _: f64) {}
+}
+
+/// Flies the missing runs and writes table, report and summary.
+///
+/// # Errors
+/// See [`CampaignError`].
+pub fn fly(
+    campaign: &Campaign,
+    options: &CampaignOptions,
+    progress: &dyn CampaignProgress,
+) -> Result<Summary, CampaignError> {
+    let directory = options.out.join(options.shard.directory_name(campaign.name()));
+    let share = options.shard.range(campaign.runs());
+    let mut store = Store::open(&directory, campaign, &share, options.restart)?;
+    let missing = store.next()..share.end;
+    progress.begin(share.len() as u32, share.len() as u32 - missing.len() as u32);
+    let pool = pool(options.threads)?;
+    execute(campaign, missing, &pool, progress, |lines| store.append(lines))?;
+    conclude(&CampaignResults::open(&directory)?)
+}
+
+/// Writes the files that follow from a complete table.
+///
+/// # Errors
+/// When they cannot be written.
+pub(super) fn conclude(results: &CampaignResults) -> Result<Summary, CampaignError> {
+    #[cfg(feature = "parquet")]
+    super::parquet::write(results)?;
+    super::report::write(results)?;
+    Summary::read(results)
+}
+
+/// Flies the run with `seed` again in one variant or in all, with trace and figures, as a single
+/// scenario is flown; `before` receives the command that repeats each.
+///
+/// # Errors
+/// When the campaign has no such seed or variant, and those of [`run::fly`].
+pub fn repeat(
+    campaign: &Campaign,
+    seed: u32,
+    variant: Option<&str>,
+    options: &FlightOptions,
+    before: &dyn Fn(&str),
+) -> Result<Vec<FlightReport>, CampaignError> {
+    let index = campaign.index(seed).ok_or_else(|| {
+        let (first, last) = (campaign.seed(0), campaign.seed(campaign.runs() - 1));
+        let name = campaign.name();
+        CampaignError::Usage(format!(
+            "seed {seed} is not a run of `{name}`: choose one from {first} to {last}"
+        ))
+    })?;
+    let out = options.out.join(campaign.name()).join(format!("seed-{seed}"));
+    let options = FlightOptions { out, ..options.clone() };
+    let mut reports = Vec::new();
+    for variant in chosen(campaign, variant)? {
+        before(&campaign.replay_command(index, variant));
+        let scenario = campaign.scenario(index, variant)?.renamed(&variant.name);
+        reports.push(run::fly(&scenario, &options, &|_| ())?);
+    }
+    Ok(reports)
+}
+
+/// The variant of that name, or all.
+fn chosen<'a>(
+    campaign: &'a Campaign,
+    name: Option<&str>,
+) -> Result<Vec<&'a Variant>, CampaignError> {
+    let chosen: Vec<_> =
+        campaign.variants().iter().filter(|it| name.is_none_or(|name| it.name == name)).collect();
+    if chosen.is_empty() {
+        let known: Vec<_> = campaign.variants().iter().map(|it| it.name.as_str()).collect();
+        let name = name.unwrap_or_default();
+        let message = format!("no variant `{name}`: choose from {}", known.join(", "));
+        return Err(CampaignError::Usage(message));
+    }
+    Ok(chosen)
+}
+
+/// Names and descriptions of the built-in campaigns.
+#[must_use]
+pub fn built_in_table() -> String {
+    let width = BuiltInCampaign::ALL.iter().map(|it| it.name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for built_in in BuiltInCampaign::ALL {
+        let description = Campaign::open(built_in.name, &Default::default(), &[])
+            .map_or_else(|error| error.to_string(), |it| it.definition().description.clone());
+        let _ = writeln!(text, "{:width$}  {description}", built_in.name);
+    }
+    text
+}

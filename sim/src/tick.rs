@@ -1,0 +1,47 @@
+//! One control tick of a flight, as observers receive it.
+
+use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, StepOutput};
+use ctrl_core::reference::Reference;
+use glam::DVec3;
+
+use crate::evaluation::Evaluation;
+use crate::plant::{AppliedWrench, Disturbance, PlantState};
+
+/// One control tick, before the plant moves on: all fields belong to the same instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Tick {
+    /// Control ticks since the start.
+    pub tick: u64,
+    /// `tick` times the step period (s).
+    pub time: f64,
+    /// The plant's true state.
+    pub truth: PlantState,
+    /// The reference.
+    pub reference: Reference,
+    /// Output of the controller, held until the next tick.
+    pub output: StepOutput,
+    /// The wrench that acts on the vehicle at this instant: the command, unless the scenario has an
+    /// `[actuation]`.
+    pub applied: AppliedWrench,
+    /// `true` if a law of the paper flies. Else intermediate quantities, estimates and auxiliary system
+    /// are at rest, and the evaluation has nothing but the position error.
+    pub law: bool,
+    /// Every quantity of the law's evaluation; all zero when the output was held.
+    pub intermediates: Intermediates,
+    /// The estimates of the law before this step's update.
+    pub estimates: Estimates,
+    /// The auxiliary system of the law before this step's update.
+    pub auxiliary: Auxiliary,
+    /// The disturbance until the next tick.
+    pub disturbance: Disturbance,
+    /// The Lyapunov function from the truth.
+    pub evaluation: Evaluation,
+}
+
+impl Tick {
+    /// True position less the reference's (m).
+    #[must_use]
+    pub fn position_error(&self) -> DVec3 {
+        self.truth.position_world - self.reference.position_world.as_dvec3()
+    }
+}
