@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::figure::{Recorder, catalogue};
+use crate::figure::{FigureRecorder, catalogue};
 use crate::page;
 use crate::replay3d::{FrameRecorder, Track};
 use crate::report::FlightReport;
@@ -21,7 +21,7 @@ const FRAMES: usize = 600;
 pub struct FlightResults {
     directory: PathBuf,
     trace: TraceWriter<File>,
-    recorder: Recorder,
+    recorder: FigureRecorder,
     frames: FrameRecorder,
 }
 
@@ -33,7 +33,7 @@ impl FlightResults {
     pub fn create(directory: &Path, scenario: &Scenario, every: u64) -> io::Result<Self> {
         fs::create_dir_all(directory)?;
         let trace = TraceWriter::new(File::create(directory.join("trace.csv"))?, every)?;
-        let recorder = Recorder::new(scenario.duration, scenario.guarantees.settle_time);
+        let recorder = FigureRecorder::new(scenario.duration, scenario.guarantees.settle_time);
         let frames = FrameRecorder::new(scenario.duration, FRAMES);
         Ok(Self { directory: directory.to_owned(), trace, recorder, frames })
     }

@@ -11,5 +11,6 @@ pub mod norm;
 pub mod number;
 pub mod observer;
 pub mod plant;
+pub mod quantity;
 pub mod scenario;
 pub mod tick;

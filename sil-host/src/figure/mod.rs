@@ -3,12 +3,12 @@
 pub mod axis;
 pub mod catalogue;
 pub mod panel;
-mod quantity;
 pub mod record;
 pub mod svg;
+mod time_series;
 
 use panel::{Frame, Panel, Style};
-pub use record::Recorder;
+pub use record::FigureRecorder;
 use svg::{Font, Svg, text_width};
 
 /// A drawing of one or more panels in a row under a common legend.
@@ -16,7 +16,7 @@ use svg::{Font, Svg, text_width};
 pub struct Figure {
     /// Name of its file, without extension.
     pub name: &'static str,
-    /// What it shows.
+    /// Title above the panels.
     pub title: String,
     /// Styles and names of the lines, with `_{}` for subscripts.
     pub legend: Vec<(Style, String)>,

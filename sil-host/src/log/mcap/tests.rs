@@ -27,7 +27,7 @@ fn file(samples: &[Tick]) -> Vec<u8> {
     let [_, law] = both(1e-3);
     for tick in samples {
         let tick = Evaluator::new(&law, &BODY).evaluated(tick);
-        let moment = Moment { tick: &tick, bounds: &description.bounds };
+        let moment = Moment { tick, bounds: description.bounds };
         writer.moment(&moment).unwrap();
     }
     let note = Note { time: 1.5, level: Level::Warning, text: "sign flipped".to_owned() };
