@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::scan::Scan;
 use crate::campaign::{Campaign, CampaignError, MEASURES, Row};
-use crate::replay3d::{FrameRecorder, Track};
+use crate::replay3d::{ReplayRecorder, Track};
 
 /// Flights that are replayed, shared between the variants.
 const FLIGHTS: usize = 16;
@@ -106,7 +106,7 @@ fn fly_one(campaign: &Campaign, choice: &Choice) -> Result<Flight, CampaignError
     })?;
     let loaded = campaign.scenario(index, variant)?;
     let scenario = loaded.scenario();
-    let mut recorder = FrameRecorder::new(scenario.duration, FRAMES);
+    let mut recorder = ReplayRecorder::new(scenario.duration, FRAMES);
     loaded.flight()?.observe(scenario.ticks(), &mut recorder);
     let name = name(campaign, choice);
     Ok(Flight { name, variant: choice.variant, seed, track: Track::new(&recorder.finish()) })
