@@ -36,7 +36,7 @@ const TOP: f64 = 84.0;
 const BOTTOM: f64 = 48.0;
 
 impl Figure {
-    /// The SVG document for the scenario `scope`, whose name keeps its ids unique on a page.
+    /// The SVG document for the scenario `scope`, whose name makes its ids unique on a page.
     #[must_use]
     pub fn svg(&self, scope: &str) -> String {
         let mut svg = Svg::new(WIDTH, TOP + self.height + BOTTOM, &self.title);

@@ -86,7 +86,7 @@ struct LogFile {
 }
 
 impl FlightLog {
-    /// Opens a file in `directory` for each format asked for.
+    /// Opens a file in `directory` per format in `options`.
     ///
     /// # Errors
     /// When a file cannot be made or its first bytes cannot be written.

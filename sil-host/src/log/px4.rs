@@ -1,4 +1,4 @@
-//! PX4's topics, for tools that know them by name: NED and FRD, quaternions from body to world.
+//! PX4's topics under their names: NED and FRD, quaternions from body to world.
 //!
 //! Each has those of PX4's fields whose meaning we have, under PX4's names, types and units.
 
@@ -33,8 +33,8 @@ const fn field(
     Field { name, field: name, unit, meaning, value }
 }
 
-/// The topics for a controller with these bounds: without a bound of the torque there is nothing to
-/// normalise it by.
+/// The topics for a controller with these bounds; the torque is normalised by its bound, hence left out
+/// without one.
 pub fn topics(bounds: &WrenchBounds) -> impl Iterator<Item = &'static Px4Topic> {
     let torque = (bounds.torque_max < f32::MAX).then_some(&VEHICLE_TORQUE_SETPOINT);
     ALL.iter().copied().chain(torque)

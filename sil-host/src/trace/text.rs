@@ -9,7 +9,7 @@ use super::{QUANTITIES, columns};
 const NUMBER_MAX: usize = 24;
 /// A number with its comma, and room to copy a round number of bytes.
 const CELL: usize = 32;
-/// More than a row can take.
+/// Bound of the length of a row.
 const ROW_MAX: usize = (SINGLES + QUANTITIES.len()) * (NUMBER_MAX + 1) + CELL;
 
 /// Text of rows. A number that repeats the one above it, or its source further left, is copied, not

@@ -16,7 +16,7 @@ pub enum Requirement {
     AtMost(f64),
     /// Always inside the closed interval.
     Inside(f64, f64),
-    /// No bound is promised; the number is shown for the reader.
+    /// No bound; the number is information.
     Information,
 }
 

@@ -28,7 +28,7 @@ use sim::quantity::{TOPICS, Topic};
 use foxglove::{FrameTransform, Log, Pose, PoseInFrame, PosesInFrame};
 use schema::File;
 
-/// The frame that stands: x east, y north, z up.
+/// The fixed frame: x east, y north, z up.
 const WORLD: &str = "world";
 /// The frame of the vehicle: x forward, y left, z up.
 const VEHICLE: &str = "vehicle";
@@ -49,7 +49,7 @@ pub struct McapWriter<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> McapWriter<W> {
-    /// Writes all that comes before the first message; `out` should be buffered.
+    /// Writes everything before the first message; `out` should be buffered.
     ///
     /// # Errors
     /// When `out` fails.
@@ -70,7 +70,7 @@ impl<W: Write + Seek> McapWriter<W> {
         Ok(writer)
     }
 
-    /// The path ahead, once, at the start.
+    /// Writes the whole reference path, once, at the start.
     fn path(&mut self, channel: u16, description: &Description) -> io::Result<()> {
         let poses = description.path.iter();
         let poses = poses.map(|it| Pose::new(it.position_world.as_dvec3(), reference_attitude(it)));
@@ -160,7 +160,7 @@ impl<W: Write + Seek> fmt::Debug for McapWriter<W> {
     }
 }
 
-/// What is known before the flight, as metadata, and the scenario as an attachment.
+/// Writes the facts known before the flight as metadata, and the scenario as an attachment.
 fn describe<W: Write + Seek>(
     file: &mut ::mcap::Writer<W>,
     description: &Description,

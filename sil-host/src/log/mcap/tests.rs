@@ -1,5 +1,5 @@
-//! What a file holds, read back by the library that wrote it; other readers are tried in
-//! `tests/tests/logs.rs`.
+//! Contents of a file, read back by the library that wrote it; `sil-host/tests/log_readers.rs` tries other
+//! readers.
 
 use std::io::Cursor;
 

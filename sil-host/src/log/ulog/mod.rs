@@ -46,7 +46,7 @@ enum Fields {
 }
 
 impl<W: Write> UlogWriter<W> {
-    /// Writes all that comes before the first data; `out` should be buffered.
+    /// Writes everything before the first data; `out` should be buffered.
     ///
     /// # Errors
     /// When `out` fails, or a text of the description is longer than ULog can hold.
