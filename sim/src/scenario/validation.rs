@@ -36,7 +36,7 @@ fn impossible_inertia(scenario: &Scenario) -> Option<String> {
     (largest > (1.0 + INERTIA_TOLERANCE) * (sum - largest)).then(|| {
         let [x, y, z] = inertia.to_array();
         format!(
-            "no rigid body has [{x}, {y}, {z}]: each moment is at most the sum of the other two"
+            "no rigid body has [{x}, {y}, {z}] kg m^2: each moment must be at most the sum of the other two, within 1 %"
         )
     })
 }
