@@ -233,7 +233,7 @@ fn faults_outside_a_change_keep_their_line() {
 }
 
 #[test]
-fn leaving_the_assumptions_is_told() {
+fn violated_assumptions_are_reported() {
     let broken = changed("disturbance.noise.torque=0.06").broken_assumptions();
     assert_eq!(broken, ["disturbance torque up to 0.06 N m exceeds D2 = 0.05 N m"]);
     let broken = changed("vehicle.mass=1.1").broken_assumptions();

@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn every_row_has_every_column_and_means_what_it_says() {
+    fn every_row_has_every_column_with_its_value() {
         let text = trace("paper-saturated", &["initial.tilt_deg=60.0"], 50, 1);
         let rows = numbers(&text);
         assert_eq!(rows.len(), 50);

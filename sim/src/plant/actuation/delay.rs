@@ -1,7 +1,7 @@
 //! A pure transport delay: what is commanded at `t` acts from `t + delay` on.
 //!
 //! The delay is a whole number of plant steps, `n = round(delay / h)`, halves away from zero. With `S`
-//! plant steps a tick and `n = q S + r`, the first `r` steps of tick `k` are moved by the command of tick
+//! plant steps per tick and `n = q S + r`, the first `r` steps of tick `k` are moved by the command of tick
 //! `k - q - 1`, the others by that of tick `k - q`.
 
 use std::collections::VecDeque;
