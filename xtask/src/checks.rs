@@ -98,8 +98,8 @@ fn lint_target() -> Result<()> {
     };
     lint(&["-p", "ctrl-core"])?;
     lint(&["-p", "step-image"])?;
-    for outfit in firmware::OUTFITS {
-        lint(&["-p", "firmware", "--features", outfit])?;
+    for variant in firmware::VARIANTS {
+        lint(&["-p", "firmware", "--features", variant])?;
     }
     Ok(())
 }

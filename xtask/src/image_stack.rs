@@ -25,9 +25,9 @@ const POINTERS: &[KnownPointer] = &[
             "defmt_rtt::channel::Channel::nonblocking_write",
         ],
     },
-    // The table of parameters (`link::parameter`) has a function a field.
+    // The table of parameters (`link::parameter`) has one function per field.
     KnownPointer {
-        caller: "firmware::session::Session",
+        caller: "firmware::session",
         targets: &["core::ops::function::FnOnce::call_once"],
     },
 ];
