@@ -63,7 +63,7 @@ fn decode<M: Message>(stream: &[u8], last: &M) -> LinkStatistics {
     seen
 }
 
-/// Whether a frame, without its zero, has whole COBS runs, a length that is allowed and a right
+/// `true` if a frame, without its zero, has whole COBS runs, a length that is allowed and a right
 /// checksum; straight from `docs/protocol.md`.
 fn is_whole(mut frame: &[u8]) -> bool {
     let mut payload = Vec::new();

@@ -28,7 +28,7 @@ fuzz_target!(|data: &[u8]| {
     }
 });
 
-/// A piece of a path is taken, or refused by its number alone; what is flown does not change.
+/// A piece of a path is accepted, or refused by its number alone; the selected trajectory does not change.
 fn upload(session: &mut HostSession, message: Uplink) {
     let before = references(session);
     match ask(session, message, GROUND) {
@@ -38,7 +38,7 @@ fn upload(session: &mut HostSession, message: Uplink) {
     assert_eq!(references(session), before);
 }
 
-/// What is taken can be flown at every tick; what is refused changes nothing.
+/// An accepted trajectory can be flown at every tick; a refused one changes nothing.
 fn select(session: &mut HostSession, selection: TrajectorySelection) {
     let message = Uplink::SelectTrajectory(selection);
     let flying = ControlStatus { mode: Mode::Flying, ..GROUND };

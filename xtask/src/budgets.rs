@@ -21,7 +21,7 @@ const RATE: f64 = 1000.0;
 /// The checked-in limits.
 #[derive(Deserialize)]
 struct Budgets {
-    /// How far a limit may lie above what is measured, as a part of the limit.
+    /// Largest headroom of a limit above the measured value, as a part of the limit.
     slack: f64,
     /// Limits by what they limit, then by quantity.
     limits: BTreeMap<String, BTreeMap<String, f64>>,

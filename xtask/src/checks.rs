@@ -33,7 +33,7 @@ pub const ALL: &[Check] = &[
     check("budgets", budgets::check),
 ];
 
-/// What to run while working.
+/// The everyday checks.
 pub const EVERYDAY: &[Check] = &[SET_UP, FORMAT, LINT_HOST, check("tests", tests)];
 
 const SET_UP: Check = check("set-up", set_up);

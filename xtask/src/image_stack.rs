@@ -9,10 +9,10 @@ use crate::call_graph::{CallGraph, KnownPointer};
 use crate::disassembly::disassemble;
 use crate::elf::Image;
 
-/// What the processor pushes before a handler: 26 words with the floating-point registers, aligned
+/// Bytes that the processor pushes before a handler: 26 words with the floating-point registers, aligned
 /// to 8 bytes.
 const EXCEPTION_FRAME: u64 = 112;
-/// What unused entries of the vector table lead to: an endless loop.
+/// Handler of unused entries of the vector table: an endless loop.
 const UNUSED: &str = "DefaultHandler";
 
 /// Calls through pointers, and all that these can point at.
