@@ -10,6 +10,14 @@ pub struct List<T, const N: usize> {
     len: usize,
 }
 
+impl<T: Copy, const N: usize> List<T, N> {
+    /// No elements; `filler` takes the unused places.
+    #[must_use]
+    pub const fn empty(filler: T) -> Self {
+        Self { items: [filler; N], len: 0 }
+    }
+}
+
 impl<T: Copy + Default, const N: usize> List<T, N> {
     /// No elements.
     #[must_use]

@@ -1,4 +1,4 @@
-//! What the control group does at one tick: supervise, step the law, allocate.
+//! One tick of the control group: supervision, law, allocation.
 //!
 //! Pure and free of formatting: the inputs are prepared by the state-input group, the outputs are
 //! copied to rotors and telemetry.
@@ -17,39 +17,42 @@ use ctrl_core::vehicle::{VehicleState, Wrench};
 use glam::Vec3;
 use link::Telemetry;
 
-/// What one control period has to work with.
+use crate::state_sample::StateSample;
+
+/// Inputs of one control period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inputs {
-    /// The state sample that came since the last tick, if one came.
-    pub vehicle: Option<VehicleState>,
-    /// Where to be at this tick.
+    /// The latest state sample with its age; none if it is older than a sample is valid, or if no
+    /// inputs have been prepared since the last tick.
+    pub sample: Option<StateSample>,
+    /// Reference of this tick.
     pub reference: Reference,
-    /// What operator or host ask for.
+    /// Command of operator or host.
     pub command: Option<Command>,
-    /// The last period ended late, or another group is late again and again.
+    /// The last period was an overrun, or a group has overrun repeatedly.
     pub overrun: bool,
-    /// Something is broken that forbids to fly.
+    /// A fault forbids flight.
     pub fault: bool,
-    /// The rotors stand still whatever comes out: lock step.
+    /// The rotors stand still whatever the outputs are: lock step.
     pub outputs_off: bool,
 }
 
-/// What one control period did.
+/// Outputs of one control period.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outputs {
     /// Thrust of each rotor (N); none while the rotors are to stand still.
     pub thrusts: Option<RotorThrusts>,
-    /// The wrench that the rotors were asked for.
+    /// The wrench that was allocated to the rotors.
     pub wrench: Wrench,
-    /// What the law returned; the safe wrench while it does not run.
+    /// Output of the law; the safe wrench while it does not run.
     pub step: StepOutput,
-    /// What the rotors' limits took.
+    /// Axes limited by the rotors.
     pub limited: Limited,
     /// The mode of this tick.
     pub mode: Mode,
-    /// Why the mode was last left for a safer one.
+    /// Cause of the latest change to a safer mode.
     pub cause: Option<Cause>,
-    /// What became of the command.
+    /// Result of the command.
     pub answer: Option<Result<Mode, Refusal>>,
     /// Ticks since the start of this flight; zero while the law does not run.
     pub flight_tick: u32,
@@ -110,7 +113,7 @@ impl FlightControl {
         self.outputs(step, mode, answer)
     }
 
-    /// Flies with another law from the next start; in flight it is not taken.
+    /// Replaces the law from the next start; in flight it is ignored.
     pub fn replace_law(&mut self, law: AnyController) {
         if !matches!(self.supervisor_state.mode(), Mode::Flying | Mode::Failsafe) {
             (self.law, self.law_state) = (law, law.initial_state());
@@ -124,7 +127,7 @@ impl FlightControl {
         let _ = self.supervisor.command(state, self.tick, Command::Disarm);
     }
 
-    /// What a host may see of the tick that gave `outputs`; `step_cost` as the message says.
+    /// Telemetry of the tick that gave `outputs`; `step_cost` in the unit of the message.
     #[must_use]
     pub fn telemetry(&self, outputs: &Outputs, step_cost: u32) -> Telemetry {
         Telemetry {
@@ -142,9 +145,9 @@ impl FlightControl {
         }
     }
 
-    /// Counts the period, obeys the command, and begins a flight afresh at its start.
+    /// Counts the period, carries out the command, and resets the law at the start of a flight.
     fn supervise(&mut self, inputs: &Inputs) -> Option<Result<Mode, Refusal>> {
-        let sample = inputs.vehicle.filter(is_good);
+        let sample = inputs.sample.map(|sample| sample.state).filter(is_good);
         self.vehicle = sample.or(self.vehicle);
         let conditions = Conditions {
             attitude: sample.map(|vehicle| vehicle.attitude),
@@ -193,7 +196,7 @@ impl FlightControl {
     }
 }
 
-/// Whether a sample can be flown with: finite, and an attitude with a direction.
+/// `true` if a sample can be flown with: finite, and an attitude with a direction.
 fn is_good(vehicle: &VehicleState) -> bool {
     let VehicleState { position_world, velocity_world, attitude, rate_body } = vehicle;
     let vectors = [position_world, velocity_world, rate_body];

@@ -22,9 +22,13 @@ fn new() -> FlightControl {
     FlightControl::new(law(), &config.supervisor, &config.geometry).unwrap()
 }
 
+fn fresh(state: VehicleState) -> Option<StateSample> {
+    Some(StateSample { state, age_ticks: 0 })
+}
+
 fn inputs() -> Inputs {
     Inputs {
-        vehicle: Some(VehicleState::at_rest(Vec3::new(0.1, -0.2, 0.0))),
+        sample: fresh(VehicleState::at_rest(Vec3::new(0.1, -0.2, 0.0))),
         reference: Reference::hover(Vec3::ZERO),
         command: None,
         overrun: false,
@@ -71,10 +75,10 @@ fn the_rotors_make_the_wrench_of_the_law() {
     let law = law();
     let mut state = law.initial_state();
     let mut flight = flying();
-    law.step(&mut state, &inputs().vehicle.unwrap(), &inputs().reference);
+    law.step(&mut state, &inputs().sample.unwrap().state, &inputs().reference);
     for tick in 2..50 {
         let outputs = flight.tick(&inputs());
-        let expected = law.step(&mut state, &inputs().vehicle.unwrap(), &inputs().reference);
+        let expected = law.step(&mut state, &inputs().sample.unwrap().state, &inputs().reference);
         assert_eq!((outputs.step, outputs.flight_tick), (expected, tick));
         assert_eq!(outputs.limited, Limited::empty());
         let Wrench { thrust, torque_body } = allocator.wrench(&outputs.thrusts.unwrap());
@@ -86,7 +90,7 @@ fn the_rotors_make_the_wrench_of_the_law() {
 #[test]
 fn a_missed_sample_is_held_and_many_lead_to_the_failsafe() {
     let mut flight = flying();
-    let missed = Inputs { vehicle: None, ..inputs() };
+    let missed = Inputs { sample: None, ..inputs() };
     for _ in 1..supervisor().missed_samples_max {
         let outputs = flight.tick(&missed);
         assert_eq!(outputs.mode, Mode::Flying);
@@ -101,7 +105,7 @@ fn a_missed_sample_is_held_and_many_lead_to_the_failsafe() {
 
 #[test]
 fn a_bad_sample_counts_as_missed_and_never_reaches_the_law() {
-    let good = inputs().vehicle.unwrap();
+    let good = inputs().sample.unwrap().state;
     let bad = [
         VehicleState { position_world: Vec3::new(f32::NAN, 0.0, 0.0), ..good },
         VehicleState { velocity_world: Vec3::splat(f32::INFINITY), ..good },
@@ -112,7 +116,7 @@ fn a_bad_sample_counts_as_missed_and_never_reaches_the_law() {
     for vehicle in bad {
         let mut flight = flying();
         for period in 1..=supervisor().missed_samples_max {
-            let outputs = flight.tick(&Inputs { vehicle: Some(vehicle), ..inputs() });
+            let outputs = flight.tick(&Inputs { sample: fresh(vehicle), ..inputs() });
             assert!(!outputs.step.status.intersects(StepStatus::FAULT));
             let last = period == supervisor().missed_samples_max;
             assert_eq!(outputs.mode == Mode::Failsafe, last, "{vehicle:?}");
@@ -158,7 +162,7 @@ fn every_flight_begins_afresh() {
 #[test]
 fn a_failsafe_that_recovers_goes_on_with_the_flight() {
     let mut flight = flying();
-    let missed = Inputs { vehicle: None, ..inputs() };
+    let missed = Inputs { sample: None, ..inputs() };
     while flight.tick(&missed).mode == Mode::Flying {}
     for _ in 0..supervisor().fresh_samples {
         flight.tick(&inputs());

@@ -1,7 +1,7 @@
-//! What flies on the vehicle's microcontroller: the library behind the images in `main.rs`, `bin/`.
+//! Flight software of the vehicle's microcontroller: the library behind the images in `main.rs`, `bin/`.
 //!
-//! Everything that decides is pure and tested on the host; everything that touches a register
-//! lives in `board` and exists for the target only.
+//! Every decision is pure and tested on the host; all access to registers
+//! is in `board` and exists for the target only.
 #![no_std]
 
 #[cfg(test)]
@@ -10,7 +10,6 @@ extern crate std;
 pub mod evidence;
 pub mod exchange;
 pub mod flight_control;
-pub mod pace;
 pub mod parameter_store;
 pub mod rate_loop;
 pub mod rates;
@@ -19,10 +18,14 @@ pub mod replay;
 pub mod rotor_output;
 pub mod scenario;
 pub mod session;
+pub mod state_sample;
 pub mod stored_parameters;
+pub mod tick_source;
 pub mod vehicle;
 
 #[cfg(all(target_os = "none", feature = "image"))]
 pub mod board;
+#[cfg(all(target_os = "none", feature = "image"))]
+pub mod event_log;
 #[cfg(all(target_os = "none", feature = "image"))]
 pub mod fault;

@@ -1,17 +1,19 @@
-//! The image: wires the tasks to the library.
+//! The image: connects the tasks to the library.
 //!
 //! | task | priority | released by |
 //! |---|---|---|
 //! | `receive` | 5 | each byte on the link |
-//! | `control` | 4 | SysTick; in lock step `state_input`, when the host asks for a tick |
+//! | `control` | 4 | SysTick; in lock step `state_input`, when the host requests a tick |
 //! | `state_input` | 3 | `control` at each tick, `receive` at the end of a frame |
 //! | `telemetry`, `housekeeping` | 2, 1 | `control`, when due |
 //!
-//! In lock step the lowest of these tells the host that nothing is left to do.
+//! In lock step the lowest of these announces to the host that all work is done.
 //!
-//! The lower groups are bound to interrupts of peripherals that no board uses, and pended by
-//! software: no executor, no waker, every call direct, so the stack can be bounded statically.
-//! `receive` is above control because a byte must be taken within 5 us; it moves one byte.
+//! The lower groups are bound to interrupts that a flight controller on an F405 leaves free, and
+//! pended by software: DCMI and CRYP belong to units that this chip does not have, HASH_RNG to its
+//! random number generator alone. No executor and no waker: every call is direct, so that the stack can
+//! be bounded statically. `receive` is above control because a byte must be taken within 5 us; it moves
+//! one byte.
 #![no_std]
 #![no_main]
 
@@ -22,45 +24,44 @@ use defmt_semihosting as _;
 
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
+    use core::mem::MaybeUninit;
     use core::sync::atomic::Ordering::Relaxed;
 
     use cortex_m::peripheral::SCB;
-    use ctrl_core::mode::Mode;
     use firmware::board::peripherals::{
         Peripherals, Rotors, WATCHDOG_TIMEOUT, now, start_control_tick,
     };
+    use firmware::board::transmitter::Transmitter;
     use firmware::board::{Active, Board, ROTORS};
-    use firmware::exchange::{Inbox, Outbox, health};
+    use firmware::event_log::EventLog;
+    use firmware::exchange::{ControlStatus, Inbox, Outbox};
     use firmware::fault::{UPTIME, fault_before_boot};
     use firmware::flight_control::FlightControl;
-    use firmware::pace::{Begin, Pace};
     use firmware::parameter_store::{Found, ParameterStore};
-    use firmware::rate_loop::{Due, Group, RateLoop};
+    use firmware::rate_loop::{Due, Group};
     use firmware::scenario::BuiltInMission;
-    use firmware::session::{PaceRequest, Progress, Session, SessionConfig};
+    use firmware::session::{HostSession, SessionConfig, SessionMemory};
     use firmware::stored_parameters::{SetError, put_in_force};
+    use firmware::tick_source::{Begin, Pend, TickOrigin, TickSource};
     use firmware::{rates, scenario, vehicle};
     use heapless::spsc::{Consumer, Producer, Queue};
-    use link::{
-        Decoder, Downlink, Encoder, Health, LinkStatistics, MAX_FRAME, ParametersInForce, Uplink,
-    };
+    use link::{Decoder, Downlink, Health, LinkStatistics, ParametersInForce, Uplink};
     use stm32f4xx_hal::pac::{Interrupt, USART2};
     use stm32f4xx_hal::prelude::*;
-    use stm32f4xx_hal::serial::{Rx, Tx};
+    use stm32f4xx_hal::serial::Rx;
     use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
     /// Bytes that may wait for `state_input`: two ticks of the link at full rate.
     const RECEIVED: usize = 512;
-    /// Answers that one release of `telemetry` sends at most.
-    const ANSWERS_A_RELEASE: usize = 2;
+    /// Most answers per release of `telemetry`.
+    const ANSWERS_PER_RELEASE: usize = 2;
 
     #[shared]
     struct Shared {
-        rate_loop: RateLoop,
-        pace: Pace,
+        ticks: TickSource,
         inbox: Inbox,
         outbox: Outbox,
-        session: &'static mut Session,
+        session: HostSession<'static>,
         link: LinkStatistics,
         health: Option<Health>,
         transmitter: Transmitter,
@@ -74,42 +75,17 @@ mod app {
         received_in: Producer<'static, u8>,
         received_out: Consumer<'static, u8>,
         decoder: Decoder<Uplink>,
-        telemetry_timing: (bool, u16),
         watchdog: IndependentWatchdog,
         store: ParameterStore<<Active as Board>::Storage>,
-        logged: Logged,
+        events: EventLog,
     }
 
-    /// Sends messages to the host.
-    pub struct Transmitter {
-        wire: Tx<USART2>,
-        encoder: Encoder<Downlink>,
-    }
-
-    impl Transmitter {
-        /// Sends one message; returns the time that the wire took (us).
-        fn send(&mut self, message: &Downlink) -> u32 {
-            let mut frame = [0; MAX_FRAME];
-            // Every message of the core fits a frame (tested there).
-            let Ok(frame) = self.encoder.encode(message, &mut frame) else { return 0 };
-            let start = now();
-            Active::transmit(&mut self.wire, frame);
-            now().wrapping_sub(start)
-        }
-    }
-
-    /// What the log has said last.
-    #[derive(Default)]
-    pub struct Logged {
-        mode: Mode,
-        overruns: [u32; 4],
-    }
-
-    /// The session is built in place: it holds a whole path, and moving it costs stack.
-    #[init(local = [queue: Queue<u8, RECEIVED> = Queue::new(), session: Option<Session> = None])]
+    /// The memory of the session holds a whole path: it is a static, and filled in place.
+    #[init(local = [queue: Queue<u8, RECEIVED> = Queue::new(),
+                    memory: MaybeUninit<SessionMemory> = MaybeUninit::uninit()])]
     fn init(mut cx: init::Context) -> (Shared, Local) {
         // build.rs has checked all of these: an error means a damaged image.
-        let (Ok(vehicle), Ok(mut flown)) =
+        let (Ok(vehicle), Ok(mut mission)) =
             (vehicle::vehicle_config(), scenario::built_in_mission())
         else {
             panic!("damaged configuration");
@@ -126,22 +102,15 @@ mod app {
         }
         // May erase, which takes most of a second: the control loop has not begun.
         let (store, found) = ParameterStore::open(peripherals.storage);
-        let in_force = parameters_in_force(&mut flown, &found);
+        let in_force = parameters_in_force(&mut mission, &found);
         let config = SessionConfig::new(Active::NAME, Active::TELEMETRY_PERIOD_MIN, &vehicle);
-        let session =
-            cx.local.session.insert(match Session::new(config, &flown, in_force, fault) {
-                Ok(session) => session,
-                Err(_) => panic!("damaged scenario"),
-            });
+        let memory = cx.local.memory.write(SessionMemory::new());
+        let Ok(mut session) = HostSession::new(memory, config, &mission, in_force, fault) else {
+            panic!("damaged scenario");
+        };
         let flight = FlightControl::new(session.law(), &vehicle.supervisor, &vehicle.geometry);
         let Ok(flight) = flight else { panic!("damaged vehicle") };
-        let inbox = Inbox {
-            vehicle: None,
-            reference: session.reference(Progress::default()),
-            command: None,
-            law: None,
-            fault: session.fault_pending(),
-        };
+        let inbox = Inbox::new(session.prepare(ControlStatus::default()));
         let (received_in, received_out) = cx.local.queue.split();
         defmt::info!(
             "{=str}: scenario {=str}, control at {=u32} Hz",
@@ -153,17 +122,13 @@ mod app {
         start_control_tick(&mut cx.core.SYST, scenario::CONTROL_RATE);
         (
             Shared {
-                rate_loop: rates::RATE_LOOP,
-                pace: rates::pace(Active::lock_step_timeout()),
+                ticks: rates::tick_source(Active::lock_step_timeout()),
                 inbox,
                 outbox: Outbox::default(),
                 session,
                 link: LinkStatistics::default(),
                 health: None,
-                transmitter: Transmitter {
-                    wire: peripherals.transmitter,
-                    encoder: Encoder::default(),
-                },
+                transmitter: Transmitter::new(peripherals.transmitter),
             },
             Local {
                 flight,
@@ -172,17 +137,16 @@ mod app {
                 received_in,
                 received_out,
                 decoder: Decoder::default(),
-                telemetry_timing: (false, 0),
                 watchdog: peripherals.watchdog,
                 store,
-                logged: Logged::default(),
+                events: EventLog::default(),
             },
         )
     }
 
-    /// Flies with what was found in memory, if it is accepted, and logs it.
-    fn parameters_in_force(flown: &mut BuiltInMission, found: &Found) -> ParametersInForce {
-        let (in_force, result) = put_in_force(flown, found);
+    /// Puts the stored parameters in force, if they are accepted, and logs the result.
+    fn parameters_in_force(mission: &mut BuiltInMission, found: &Found) -> ParametersInForce {
+        let (in_force, result) = put_in_force(mission, found);
         let (origin, generation) = (in_force.origin as u8, in_force.generation);
         defmt::info!("parameters of origin {=u8}, generation {=u32}", origin, generation);
         if let Err(SetError::Invalid(error)) = result {
@@ -198,7 +162,7 @@ mod app {
         }
     }
 
-    /// One byte from the wire; a full queue drops it, and the frame's checksum tells.
+    /// Takes one byte from the wire; a full queue drops it, and the frame's checksum shows that.
     #[task(binds = USART2, priority = 5, local = [receiver, received_in])]
     fn receive(cx: receive::Context) {
         let mut ended = false;
@@ -207,144 +171,129 @@ mod app {
             ended |= byte == 0;
         });
         if ended {
-            rtic::pend(Interrupt::SPI1);
+            pend_state_input();
         }
     }
 
-    /// Supervision, law, rotors; then releases what is due.
-    #[task(binds = SysTick, priority = 4, shared = [rate_loop, pace, inbox, outbox],
+    /// Supervision, law, rotors; then releases the groups that are due.
+    #[task(binds = SysTick, priority = 4, shared = [ticks, inbox, outbox],
            local = [flight, rotors])]
     fn control(cx: control::Context) {
-        let control::SharedResources { mut rate_loop, mut pace, mut inbox, mut outbox, .. } =
-            cx.shared;
+        let control::SharedResources { mut ticks, mut inbox, mut outbox, .. } = cx.shared;
         let (flight, rotors) = (cx.local.flight, cx.local.rotors);
-        let begin = pace.lock(|pace| pace.begin());
-        let in_step = match begin {
+        let tick = match ticks.lock(|ticks| ticks.begin(now())) {
             Begin::Wait => return,
-            Begin::Feed => return rtic::pend(Interrupt::SPI3),
-            Begin::Step => true,
-            Begin::Tick => false,
-            Begin::Leave => {
-                flight.disarm();
-                inbox.lock(|inbox| inbox.disarm());
-                rate_loop.lock(|rate_loop| rate_loop.resume());
-                false
-            }
+            Begin::FeedWatchdog => return pend_housekeeping(),
+            Begin::Tick(tick) => tick,
         };
-        let (due, overrun, uptime) = rate_loop.lock(|rate_loop| {
-            let due = if in_step { rate_loop.step(now()) } else { rate_loop.tick(now()) };
-            let overrun = rate_loop.control_overran() || rate_loop.failsafe_required();
-            (due, overrun, rate_loop.ticks())
-        });
-        UPTIME.store(uptime, Relaxed);
+        if tick.lock_step_ended {
+            flight.disarm();
+            inbox.lock(|inbox| inbox.disarm());
+        }
+        UPTIME.store(tick.uptime, Relaxed);
         let start = Active::cost();
-        let (inputs, law) = inbox.lock(|inbox| inbox.take(overrun, in_step));
+        let outputs_off = tick.origin == TickOrigin::LockStep;
+        let (inputs, law) = inbox.lock(|inbox| inbox.take(tick.overrun, outputs_off));
         if let Some(law) = law {
             flight.replace_law(law);
         }
         let outputs = flight.tick(&inputs);
         match outputs.thrusts.as_ref().and_then(|thrusts| thrusts.first_chunk()) {
-            Some(thrusts) if !in_step => rotors.command(thrusts),
+            Some(thrusts) if !outputs_off => rotors.command(thrusts),
             _ => rotors.stop(),
         }
         let cost = Active::cost().wrapping_sub(start);
         outbox.lock(|outbox| {
             let (mode, flight_tick) = (outputs.mode, outputs.flight_tick);
-            outbox.progress = Progress { mode, flight_tick, uptime, in_step };
+            outbox.status = ControlStatus { mode, flight_tick, uptime: tick.uptime };
             outbox.answer = outputs.answer.or(outbox.answer);
-            if due.contains(Group::Telemetry) {
+            if tick.due.contains(Group::Telemetry) {
                 outbox.telemetry = Some(flight.telemetry(&outputs, cost));
             }
         });
-        Active::exercise(uptime);
-        release(due);
-        if in_step {
-            rtic::pend(Interrupt::SPI3);
+        Active::exercise(tick.uptime);
+        release(tick.due);
+        if outputs_off {
+            pend_housekeeping();
         }
-        rate_loop.lock(|rate_loop| rate_loop.finish(Group::Control, now()));
+        ticks.lock(|ticks| ticks.finish(Group::Control, now()));
     }
 
     /// Pends the lower groups that are due.
     fn release(due: Due) {
         if due.contains(Group::StateInput) {
-            rtic::pend(Interrupt::SPI1);
+            pend_state_input();
         }
         if due.contains(Group::Telemetry) {
-            rtic::pend(Interrupt::SPI2);
+            pend_telemetry();
         }
         if due.contains(Group::Housekeeping) {
-            rtic::pend(Interrupt::SPI3);
+            pend_housekeeping();
         }
     }
 
-    /// Hears the host and prepares the inputs of the next tick.
-    #[task(binds = SPI1, priority = 3, shared = [rate_loop, pace, inbox, outbox, session, link],
-           local = [received_out, decoder, telemetry_timing])]
+    fn pend_state_input() {
+        rtic::pend(Interrupt::DCMI);
+    }
+
+    fn pend_telemetry() {
+        rtic::pend(Interrupt::CRYP);
+    }
+
+    fn pend_housekeeping() {
+        rtic::pend(Interrupt::HASH_RNG);
+    }
+
+    /// Decodes frames, handles their messages, and prepares the inputs of the next tick.
+    #[task(binds = DCMI, priority = 3, shared = [ticks, inbox, outbox, session, link],
+           local = [received_out, decoder])]
     fn state_input(cx: state_input::Context) {
-        let state_input::SharedResources { mut rate_loop, mut inbox, mut outbox, .. } = cx.shared;
-        let (mut session, mut link, mut pace) = (cx.shared.session, cx.shared.link, cx.shared.pace);
-        let state_input::LocalResources { received_out, decoder, telemetry_timing, .. } = cx.local;
-        let (progress, answer) = outbox.lock(|outbox| (outbox.progress, outbox.answer.take()));
-        let progress = Progress { in_step: pace.lock(|pace| pace.in_step()), ..progress };
+        let state_input::SharedResources { mut ticks, mut inbox, mut outbox, .. } = cx.shared;
+        let (mut session, mut link) = (cx.shared.session, cx.shared.link);
+        let state_input::LocalResources { received_out, decoder, .. } = cx.local;
+        let (status, answer) = outbox.lock(|outbox| (outbox.status, outbox.answer.take()));
+        let (origin, lock_step_ended) =
+            ticks.lock(|ticks| (ticks.origin(), ticks.take_lock_step_ended()));
         let (request, answers) = session.lock(|session| {
             if let Some(answer) = answer {
                 session.answered(answer);
             }
-            session.keep_pace(progress.in_step);
+            if lock_step_ended {
+                session.refuse_commands();
+            }
             for _ in 0..RECEIVED {
                 let Some(byte) = received_out.dequeue() else { break };
                 if let Some(received) = decoder.push(byte) {
-                    session.handle(received, progress);
+                    session.handle(received, status, origin);
                 }
             }
-            let (sample, law) = (session.sample(progress.uptime), session.take_law());
-            let (reference, fault) = (session.reference(progress), session.fault_pending());
-            inbox.lock(|inbox| {
-                (inbox.vehicle, inbox.reference, inbox.fault) = (sample, reference, fault);
-                inbox.law = law.or(inbox.law);
-                if inbox.command.is_none() {
-                    inbox.command = session.next_command();
-                }
-            });
-            let timing = (progress.in_step, session.telemetry_period());
-            if *telemetry_timing != timing {
-                *telemetry_timing = timing;
-                let (period, deadline) = rates::telemetry_timing(timing.0, timing.1);
-                // Every timing of `rates` is accepted (tested there).
-                let _ = rate_loop.lock(|r| r.set_period(Group::Telemetry, period, deadline));
-            }
-            (session.take_pace_request(), session.has_answers())
+            let prepared = session.prepare(status);
+            inbox.lock(|inbox| inbox.put(prepared, || session.next_command()));
+            ticks.lock(|ticks| ticks.time_telemetry(session.telemetry_period()));
+            (session.take_lock_step_request(), session.has_answers())
         });
         link.lock(|link| *link = decoder.statistics());
-        rate_loop.lock(|rate_loop| rate_loop.finish(Group::StateInput, now()));
-        if let Some(request) = request {
-            pace.lock(|pace| obey(pace, request, progress.uptime));
-        } else if progress.in_step && answers {
-            // A host that does not step yet is answered at once.
-            rtic::pend(Interrupt::SPI2);
+        let pend = ticks.lock(|ticks| {
+            ticks.finish(Group::StateInput, now());
+            request.map(|request| ticks.apply(request))
+        });
+        match pend {
+            Some(Pend::Control) => SCB::set_pendst(),
+            Some(Pend::Answers) => {
+                pend_telemetry();
+                pend_housekeeping();
+            }
+            // Without a tick that is requested no other task sends the answers.
+            None if origin == TickOrigin::LockStep && answers => pend_telemetry(),
+            None => {}
         }
     }
 
-    /// Lets the host have its way with time.
-    fn obey(pace: &mut Pace, request: PaceRequest, uptime: u32) {
-        match request {
-            PaceRequest::Enter => pace.enter(),
-            PaceRequest::Leave => pace.leave(),
-            PaceRequest::Step(wanted) if pace.ask(wanted, uptime) => return SCB::set_pendst(),
-            PaceRequest::Step(_) => {}
-        }
-        // Without a tick nobody else sends the answers and tells the host.
-        rtic::pend(Interrupt::SPI2);
-        rtic::pend(Interrupt::SPI3);
-    }
-
-    /// Sends what the control group did, answers, and the health report.
-    #[task(binds = SPI2, priority = 2,
-           shared = [rate_loop, pace, outbox, session, health, transmitter])]
+    /// Sends telemetry, answers and the health report.
+    #[task(binds = CRYP, priority = 2, shared = [ticks, outbox, session, health, transmitter])]
     fn telemetry(cx: telemetry::Context) {
-        let telemetry::SharedResources { mut rate_loop, mut outbox, mut session, .. } = cx.shared;
+        let telemetry::SharedResources { mut ticks, mut outbox, mut session, .. } = cx.shared;
         let (mut health, mut transmitter) = (cx.shared.health, cx.shared.transmitter);
-        let mut pace = cx.shared.pace;
         let telemetry = outbox.lock(|outbox| outbox.telemetry.take());
         let (subscribed, greeted) =
             session.lock(|session| (session.telemetry_period() != 0, session.greeted()));
@@ -353,7 +302,7 @@ mod app {
             if let (Some(telemetry), true) = (telemetry, subscribed) {
                 wire += transmitter.send(&Downlink::Telemetry(telemetry));
             }
-            for _ in 0..ANSWERS_A_RELEASE {
+            for _ in 0..ANSWERS_PER_RELEASE {
                 let Some(answer) = session.lock(|session| session.next_answer()) else { break };
                 wire += transmitter.send(&answer);
             }
@@ -362,71 +311,46 @@ mod app {
             }
             wire
         });
-        let in_step = pace.lock(|pace| pace.in_step());
-        rate_loop.lock(|rate_loop| {
-            if in_step {
-                rate_loop.skip(wire);
-            }
-            rate_loop.finish(Group::Telemetry, now());
+        let origin = ticks.lock(|ticks| {
+            ticks.finish_telemetry(now(), wire);
+            ticks.origin()
         });
-        if !in_step {
+        if origin == TickOrigin::Timer {
             Active::exchange();
         }
     }
 
-    /// Log, health report, stored parameters, watchdog; in lock step, tells the host that nothing is
-    /// left to do.
-    #[task(binds = SPI3, priority = 1,
-           shared = [rate_loop, pace, outbox, session, link, health, transmitter],
-           local = [watchdog, store, logged])]
+    /// Log, health report, stored parameters, watchdog; in lock step, announces to the host that all
+    /// work of its request is done.
+    #[task(binds = HASH_RNG, priority = 1,
+           shared = [ticks, outbox, session, link, health, transmitter],
+           local = [watchdog, store, events])]
     fn housekeeping(cx: housekeeping::Context) {
-        let housekeeping::SharedResources { mut rate_loop, mut outbox, mut session, .. } =
-            cx.shared;
-        let (mut link, mut health_report) = (cx.shared.link, cx.shared.health);
-        let (mut pace, mut transmitter) = (cx.shared.pace, cx.shared.transmitter);
-        let progress = outbox.lock(|outbox| outbox.progress);
-        let feed = if rate_loop.lock(|rate_loop| rate_loop.is_due(Group::Housekeeping)) {
+        let housekeeping::SharedResources { mut ticks, mut outbox, mut session, .. } = cx.shared;
+        let (mut link, mut health) = (cx.shared.link, cx.shared.health);
+        let mut transmitter = cx.shared.transmitter;
+        let feed = if ticks.lock(|ticks| ticks.is_due(Group::Housekeeping)) {
             let link = link.lock(|link| *link);
-            let dropped = session.lock(|session| session.dropped());
-            let report = rate_loop.lock(|rate_loop| health(rate_loop, link, dropped));
-            log(cx.local.logged, progress, &report);
-            health_report.lock(|health| *health = Some(report));
+            let status = outbox.lock(|outbox| outbox.status);
+            let (dropped, late) = session.lock(|session| (session.dropped(), session.late()));
+            let report = ticks.lock(|ticks| ticks.health(link, dropped));
+            cx.local.events.log(status, &report, late);
+            health.lock(|health| *health = Some(report));
             if let Some(parameters) = session.lock(|session| session.next_to_store()) {
                 let result = cx.local.store.append(&parameters.encode());
                 session.lock(|session| session.stored(result));
             }
-            rate_loop.lock(|rate_loop| {
-                rate_loop.finish(Group::Housekeeping, now());
-                rate_loop.feed_watchdog()
-            })
+            ticks.lock(|ticks| ticks.finish_housekeeping(now()))
         } else {
-            // The clock calls without a tick while lock step waits for its host.
-            pace.lock(|pace| pace.in_step())
+            // Pended without a release while lock step waits for its host.
+            ticks.lock(|ticks| ticks.origin()) == TickOrigin::LockStep
         };
         if feed {
             cx.local.watchdog.feed();
         }
-        if pace.lock(|pace| pace.take_announcement()) {
-            // Not what was read above: a tick may have passed since.
-            let uptime_ticks = outbox.lock(|outbox| outbox.progress.uptime).into();
+        if let Some(uptime_ticks) = ticks.lock(|ticks| ticks.take_announcement()) {
             transmitter.lock(|transmitter| transmitter.send(&Downlink::Stepped { uptime_ticks }));
             Active::exchange();
-        }
-    }
-
-    /// Says what has changed.
-    fn log(logged: &mut Logged, progress: Progress, health: &Health) {
-        if logged.mode != progress.mode {
-            logged.mode = progress.mode;
-            defmt::info!("mode {=u8} at tick {=u32}", progress.mode as u8, progress.uptime);
-        }
-        for (group, (health, logged)) in health.groups.iter().zip(&mut logged.overruns).enumerate()
-        {
-            if *logged != health.overruns {
-                *logged = health.overruns;
-                defmt::warn!("group {=usize}: {=u32} overruns", group, health.overruns);
-            }
-            defmt::debug!("group {=usize}: worst {=u32} us", group, health.worst_time);
         }
     }
 }

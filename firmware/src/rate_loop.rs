@@ -1,4 +1,4 @@
-//! Rate groups: what is due, what is late, when to fall back, when to feed the watchdog.
+//! Rate groups: releases, deadlines, the failsafe after repeated overruns, the watchdog.
 //!
 //! Pure: time enters as a free-running 32-bit microsecond count (it may wrap), decisions leave as
 //! values. The control group runs at every tick and calls [`RateLoop::tick`] first; each group
@@ -6,10 +6,12 @@
 //! its deadline after its release; every miss is one overrun. A run of overruns without a timely
 //! finish between them, as long as configured, calls for the failsafe output.
 //!
-//! In lock step a host decides when a tick begins ([`RateLoop::step`]): the time between two ticks
+//! In lock step the host requests each tick ([`RateLoop::step`]): the time between two ticks
 //! then counts as one period, whatever it was.
 
 use core::num::NonZeroU32;
+
+use link::{GROUPS, GroupHealth};
 
 /// The rate groups, most urgent first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,9 +26,6 @@ pub enum Group {
     /// Log, statistics, watchdog.
     Housekeeping,
 }
-
-/// Number of [`Group`]s.
-pub const GROUPS: usize = 4;
 
 impl Group {
     /// All groups, most urgent first.
@@ -48,15 +47,15 @@ pub struct GroupConfig {
 /// Configuration of a [`RateLoop`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RateLoopConfig {
-    /// Ticks a second (Hz): 500 to 2000, a divisor of 1,000,000.
+    /// Control ticks per second (Hz): 500 to 2000, a divisor of 1,000,000.
     pub control_rate: u32,
     /// In the order of [`Group::ALL`].
     pub groups: [GroupConfig; GROUPS],
-    /// This many overruns of one group in a row call for the failsafe output; at least 1.
+    /// This many overruns of one group in a row lead to the failsafe output; at least 1.
     pub overruns_to_failsafe: u32,
 }
 
-/// What [`RateLoop::new`] refuses.
+/// Error of [`RateLoop::new`] and [`RateLoop::set_period`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RateLoopError {
     /// `control_rate` is not in 500..=2000 Hz or does not divide a million.
@@ -76,7 +75,7 @@ pub enum RateLoopError {
 pub struct Due(u8);
 
 impl Due {
-    /// Whether `group` is released.
+    /// `true` if `group` is released.
     #[must_use]
     pub fn contains(self, group: Group) -> bool {
         self.0 & (1 << group as u8) != 0
@@ -85,17 +84,6 @@ impl Due {
     fn insert(&mut self, group: Group) {
         self.0 |= 1 << group as u8;
     }
-}
-
-/// What was measured of one group since the start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct GroupStatistics {
-    /// Finishes, timely or late.
-    pub completed: u32,
-    /// Longest time from release to finish (us).
-    pub worst_time: u32,
-    /// Missed deadlines and missed releases.
-    pub overruns: u32,
 }
 
 /// Book-keeping of one group.
@@ -112,7 +100,7 @@ struct GroupRecord {
     /// Timely finishes and overruns since the watchdog was last fed.
     met: u32,
     missed: u32,
-    statistics: GroupStatistics,
+    health: GroupHealth,
 }
 
 impl GroupRecord {
@@ -127,7 +115,7 @@ impl GroupRecord {
         self.counted = true;
         self.in_a_row = self.in_a_row.saturating_add(1);
         self.missed = self.missed.saturating_add(1);
-        self.statistics.overruns = self.statistics.overruns.saturating_add(1);
+        self.health.overruns = self.health.overruns.saturating_add(1);
     }
 
     fn is_late(&self, now: u32, deadline: u32) -> bool {
@@ -149,8 +137,8 @@ impl GroupRecord {
         let late = self.is_late(now, deadline);
         let Some(released) = self.released.take() else { return };
         let time = now.wrapping_sub(released);
-        self.statistics.worst_time = self.statistics.worst_time.max(time);
-        self.statistics.completed = self.statistics.completed.wrapping_add(1);
+        self.health.worst_time = self.health.worst_time.max(time);
+        self.health.completed = self.health.completed.wrapping_add(1);
         if late && !self.counted {
             self.overrun();
         } else if !late && !self.counted {
@@ -160,7 +148,7 @@ impl GroupRecord {
     }
 }
 
-/// Decides what is due and what is late; see the module's documentation.
+/// Releases and deadlines of all groups; see the module's documentation.
 #[derive(Clone, Debug)]
 pub struct RateLoop {
     config: RateLoopConfig,
@@ -207,7 +195,7 @@ impl RateLoop {
 
     /// Begins a tick at `now` (us): counts what is late and returns what is due.
     ///
-    /// The control group calls it first of all, once a tick; a tick that comes one and a half
+    /// The control group calls it first of all, once per tick; a tick that comes one and a half
     /// periods or more after the last one shows that ticks were lost, which are control overruns.
     pub fn tick(&mut self, now: u32) -> Due {
         let now = now.wrapping_sub(self.skipped);
@@ -240,7 +228,7 @@ impl RateLoop {
         self.tick(now)
     }
 
-    /// Does not count `time` (us) that has just passed: in lock step, that of the wire.
+    /// Excludes `time` (us) that has just passed: in lock step, that of the wire.
     pub fn skip(&mut self, time: u32) {
         self.skipped = self.skipped.wrapping_add(time);
     }
@@ -263,19 +251,19 @@ impl RateLoop {
         self.records[group as usize].finish(now, deadline);
     }
 
-    /// Whether `group` has been released and not finished.
+    /// `true` if `group` has been released and not finished.
     #[must_use]
     pub fn is_due(&self, group: Group) -> bool {
         self.records[group as usize].released.is_some()
     }
 
-    /// Whether some group has overrun so often in a row that outputs must go to failsafe.
+    /// `true` if a group has overrun so often in a row that the outputs must go to failsafe.
     #[must_use]
     pub fn failsafe_required(&self) -> bool {
         self.records.iter().any(|record| record.in_a_row >= self.config.overruns_to_failsafe)
     }
 
-    /// Whether the latest control period was an overrun.
+    /// `true` if the latest control period was an overrun.
     #[must_use]
     pub fn control_overran(&self) -> bool {
         self.records[Group::Control as usize].in_a_row > 0
@@ -299,7 +287,7 @@ impl RateLoop {
         Ok(())
     }
 
-    /// Whether to feed the watchdog: every group has finished in time at least once, and none has
+    /// `true` if the watchdog is to be fed: every group has finished in time at least once, and none has
     /// overrun, since the last call that returned true or the last one that saw an overrun.
     pub fn feed_watchdog(&mut self) -> bool {
         let overrun = self.records.iter().any(|record| record.missed > 0);
@@ -313,10 +301,10 @@ impl RateLoop {
         feed
     }
 
-    /// What was measured of `group`.
+    /// Measurements of `group` since the start.
     #[must_use]
-    pub fn statistics(&self, group: Group) -> GroupStatistics {
-        self.records[group as usize].statistics
+    pub fn health(&self, group: Group) -> GroupHealth {
+        self.records[group as usize].health
     }
 
     /// Ticks begun since the start.
@@ -339,7 +327,7 @@ const EMPTY_RECORD: GroupRecord = GroupRecord {
     in_a_row: 0,
     met: 0,
     missed: 0,
-    statistics: GroupStatistics { completed: 0, worst_time: 0, overruns: 0 },
+    health: GroupHealth { completed: 0, worst_time: 0, overruns: 0 },
 };
 
 const fn check_group(

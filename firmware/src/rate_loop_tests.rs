@@ -54,9 +54,9 @@ fn the_worst_time_is_kept_and_a_timely_group_never_overruns() {
     let start = run(&mut rate_loop, 0, 200, [20, 30, 40, 50]);
     let start = run(&mut rate_loop, start, 1, [480, 30, 40, 50]);
     run(&mut rate_loop, start, 200, [20, 30, 40, 50]);
-    let control = rate_loop.statistics(Group::Control);
-    assert_eq!(control, GroupStatistics { completed: 401, worst_time: 480, overruns: 0 });
-    assert_eq!(rate_loop.statistics(Group::Housekeeping).worst_time, 50);
+    let control = rate_loop.health(Group::Control);
+    assert_eq!(control, GroupHealth { completed: 401, worst_time: 480, overruns: 0 });
+    assert_eq!(rate_loop.health(Group::Housekeeping).worst_time, 50);
     assert!(!rate_loop.failsafe_required());
 }
 
@@ -65,10 +65,10 @@ fn a_deadline_ends_on_its_last_microsecond() {
     let mut rate_loop = new();
     rate_loop.tick(0);
     rate_loop.finish(Group::Control, 500);
-    assert_eq!(rate_loop.statistics(Group::Control).overruns, 0);
+    assert_eq!(rate_loop.health(Group::Control).overruns, 0);
     rate_loop.tick(1000);
     rate_loop.finish(Group::Control, 1501);
-    assert_eq!(rate_loop.statistics(Group::Control).overruns, 1);
+    assert_eq!(rate_loop.health(Group::Control).overruns, 1);
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn overruns_in_a_row_lead_to_failsafe_and_a_timely_finish_ends_the_row() {
     assert!(!rate_loop.failsafe_required());
     run(&mut rate_loop, start, 1, slow);
     assert!(rate_loop.failsafe_required());
-    assert_eq!(rate_loop.statistics(Group::Control).overruns, 5);
+    assert_eq!(rate_loop.health(Group::Control).overruns, 5);
 }
 
 #[test]
@@ -101,7 +101,7 @@ fn a_group_that_never_finishes_is_counted_once_late_and_once_for_each_missed_rel
             43..=62 => 3,
             _ => 4,
         };
-        assert_eq!(rate_loop.statistics(Group::Telemetry).overruns, expected, "tick {tick}");
+        assert_eq!(rate_loop.health(Group::Telemetry).overruns, expected, "tick {tick}");
     }
     assert!(rate_loop.failsafe_required());
 }
@@ -115,11 +115,11 @@ fn a_late_finish_of_a_counted_release_is_not_counted_twice_and_ends_no_row() {
         rate_loop.finish(Group::Control, tick * 1000 + 10);
         rate_loop.finish(Group::StateInput, tick * 1000 + 10);
     }
-    assert_eq!(rate_loop.statistics(Group::Telemetry).overruns, 1);
+    assert_eq!(rate_loop.health(Group::Telemetry).overruns, 1);
     rate_loop.finish(Group::Telemetry, 14_500);
     assert_eq!(
-        rate_loop.statistics(Group::Telemetry),
-        GroupStatistics { completed: 1, worst_time: 11_500, overruns: 1 }
+        rate_loop.health(Group::Telemetry),
+        GroupHealth { completed: 1, worst_time: 11_500, overruns: 1 }
     );
     assert_eq!(rate_loop.records[Group::Telemetry as usize].in_a_row, 1);
 }
@@ -132,9 +132,9 @@ fn lost_ticks_are_control_overruns_and_small_jitter_is_not() {
         rate_loop.finish(Group::Control, now + 10);
         rate_loop.finish(Group::StateInput, now + 10);
     }
-    assert_eq!((rate_loop.lost_ticks(), rate_loop.statistics(Group::Control).overruns), (0, 0));
+    assert_eq!((rate_loop.lost_ticks(), rate_loop.health(Group::Control).overruns), (0, 0));
     rate_loop.tick(6000);
-    assert_eq!((rate_loop.lost_ticks(), rate_loop.statistics(Group::Control).overruns), (2, 1));
+    assert_eq!((rate_loop.lost_ticks(), rate_loop.health(Group::Control).overruns), (2, 1));
 }
 
 #[test]
@@ -202,8 +202,8 @@ fn the_clock_may_wrap() {
     let mut rate_loop = new();
     let end = run(&mut rate_loop, u32::MAX - 50_000, 100, [20; GROUPS]);
     assert!(end < u32::MAX - 50_000);
-    let control = rate_loop.statistics(Group::Control);
-    assert_eq!(control, GroupStatistics { completed: 100, worst_time: 20, overruns: 0 });
+    let control = rate_loop.health(Group::Control);
+    assert_eq!(control, GroupHealth { completed: 100, worst_time: 20, overruns: 0 });
     assert_eq!(rate_loop.lost_ticks(), 0);
 }
 
@@ -211,7 +211,7 @@ fn the_clock_may_wrap() {
 fn a_finish_without_release_changes_nothing() {
     let mut rate_loop = new();
     rate_loop.finish(Group::Telemetry, 5);
-    assert_eq!(rate_loop.statistics(Group::Telemetry), GroupStatistics::default());
+    assert_eq!(rate_loop.health(Group::Telemetry), GroupHealth::default());
 }
 
 #[test]
@@ -242,17 +242,17 @@ fn in_lock_step_a_tick_comes_one_period_after_the_last_whenever_that_was() {
         rate_loop.finish(Group::Control, now.wrapping_add(30));
         rate_loop.finish(Group::StateInput, now.wrapping_add(40));
     }
-    let control = rate_loop.statistics(Group::Control);
+    let control = rate_loop.health(Group::Control);
     assert_eq!((control.completed, control.overruns, control.worst_time), (5, 0, 30));
     assert_eq!((rate_loop.ticks(), rate_loop.lost_ticks()), (5, 0));
     // What takes long in a tick is still late, unless it is the wire.
     rate_loop.step(1_000);
     rate_loop.skip(10_000);
     rate_loop.finish(Group::Control, 11_020);
-    assert_eq!(rate_loop.statistics(Group::Control).overruns, 0);
+    assert_eq!(rate_loop.health(Group::Control).overruns, 0);
     rate_loop.step(20_000);
     rate_loop.finish(Group::Control, 30_000);
-    assert_eq!(rate_loop.statistics(Group::Control).overruns, 1);
+    assert_eq!(rate_loop.health(Group::Control).overruns, 1);
 }
 
 #[test]
@@ -269,6 +269,6 @@ fn after_lock_step_the_clock_ticks_on_without_a_loss() {
         rate_loop.finish(Group::Control, now + 20);
         assert!(!rate_loop.is_due(Group::Control));
     }
-    let control = rate_loop.statistics(Group::Control);
+    let control = rate_loop.health(Group::Control);
     assert_eq!((control.overruns, control.worst_time, rate_loop.lost_ticks()), (0, 20, 0));
 }

@@ -1,8 +1,8 @@
 //! The rate groups of this vehicle.
 
-use crate::pace::Pace;
 use crate::rate_loop::{Group, GroupConfig, RateLoop, RateLoopConfig};
 use crate::scenario::CONTROL_RATE;
+use crate::tick_source::{LockStepConfig, TickOrigin, TickSource};
 
 /// Telemetry group (Hz).
 pub const TELEMETRY_RATE: u32 = 50;
@@ -10,16 +10,20 @@ pub const TELEMETRY_RATE: u32 = 50;
 pub const HOUSEKEEPING_RATE: u32 = 10;
 /// Deadline of telemetry at its own rate (us): half its period.
 pub const TELEMETRY_DEADLINE: u32 = 500_000 / TELEMETRY_RATE;
-/// This many overruns of a group in a row lead to the failsafe.
+/// Overruns of a group in a row that lead to the failsafe.
 pub const OVERRUNS_TO_FAILSAFE: u32 = 3;
 
-/// The watchdog is fed so often while lock step waits for its host (Hz).
+/// Feeds of the watchdog while lock step waits for its host (Hz).
 pub const LOCK_STEP_FEED_RATE: u32 = 10;
 
-/// Who begins a tick, before the first one; lock step ends after `timeout` without a step (s).
+/// The source of control ticks before the first one; lock step ends after `timeout` (s) without a step.
 #[must_use]
-pub const fn pace(timeout: u32) -> Pace {
-    Pace::new(timeout.saturating_mul(CONTROL_RATE), CONTROL_RATE / LOCK_STEP_FEED_RATE)
+pub const fn tick_source(timeout: u32) -> TickSource {
+    let config = LockStepConfig {
+        silent_max: timeout.saturating_mul(CONTROL_RATE),
+        feed_every: CONTROL_RATE / LOCK_STEP_FEED_RATE,
+    };
+    TickSource::new(RATE_LOOP, config)
 }
 
 /// One control period (us).
@@ -55,14 +59,14 @@ pub const RATE_LOOP: RateLoop = match RateLoop::new(CONFIG) {
 
 /// Period (ticks) and deadline (us) of the telemetry group when a host asks for telemetry every
 /// `subscribed` ticks; its own rate, which also carries answers, when it asks for none; every tick in
-/// lock step, which waits for it.
+/// lock step, whose announcement follows it.
 #[must_use]
-pub fn telemetry_timing(in_step: bool, subscribed: u16) -> (u32, u32) {
+pub fn telemetry_timing(origin: TickOrigin, subscribed: u16) -> (u32, u32) {
     let own = CONFIG.groups[Group::Telemetry as usize];
-    let period = match (in_step, subscribed) {
-        (true, _) => 1,
-        (false, 0) => own.period,
-        (false, subscribed) => u32::from(subscribed),
+    let period = match (origin, subscribed) {
+        (TickOrigin::LockStep, _) => 1,
+        (TickOrigin::Timer, 0) => own.period,
+        (TickOrigin::Timer, subscribed) => u32::from(subscribed),
     };
     (period, period.saturating_mul(TICK).min(own.deadline))
 }
@@ -74,21 +78,22 @@ mod tests {
     #[test]
     fn every_subscription_gives_a_timing_that_the_rate_loop_accepts() {
         let mut rate_loop = RATE_LOOP;
-        for (subscribed, in_step) in (0..=u16::MAX).flat_map(|s| [(s, false), (s, true)]) {
-            let (period, deadline) = telemetry_timing(in_step, subscribed);
+        let origins = [TickOrigin::Timer, TickOrigin::LockStep];
+        for (subscribed, origin) in (0..=u16::MAX).flat_map(|s| origins.map(|origin| (s, origin))) {
+            let (period, deadline) = telemetry_timing(origin, subscribed);
             assert_eq!(rate_loop.set_period(Group::Telemetry, period, deadline), Ok(()));
         }
     }
 
     #[test]
     fn without_a_subscription_the_group_runs_at_its_own_rate() {
-        assert_eq!(telemetry_timing(false, 0), (CONTROL_RATE / 50, 10_000));
-        assert_eq!(telemetry_timing(false, 2), (2, 2 * TICK));
+        assert_eq!(telemetry_timing(TickOrigin::Timer, 0), (CONTROL_RATE / 50, 10_000));
+        assert_eq!(telemetry_timing(TickOrigin::Timer, 2), (2, 2 * TICK));
     }
 
     #[test]
     fn in_lock_step_there_is_telemetry_at_every_tick() {
-        assert_eq!(telemetry_timing(true, 0), (1, TICK));
-        assert_eq!(telemetry_timing(true, 500), (1, TICK));
+        assert_eq!(telemetry_timing(TickOrigin::LockStep, 0), (1, TICK));
+        assert_eq!(telemetry_timing(TickOrigin::LockStep, 500), (1, TICK));
     }
 }

@@ -1,34 +1,26 @@
-//! Which reference is flown: a trajectory of the vehicle's own, or what a host streams.
+//! Source of references: a trajectory of the vehicle's own, or a stream of the host.
 //!
-//! The choice is made on the ground. A flight that follows a stream holds the last place when the
-//! host falls silent.
+//! The choice is made on the ground. A flight that follows a stream holds the last place after the
+//! timeout of the stream.
 
 use ctrl_core::jet::Jet;
 use ctrl_core::reference::Reference;
-use ctrl_core::trajectory::{AnyTrajectory, Trajectory};
+use ctrl_core::trajectory::{AnyTrajectory, CheckedTrajectory, Trajectory};
 use glam::Vec3;
 
-/// Where references come from.
-#[derive(Clone, Debug, PartialEq)]
-#[allow(clippy::large_enum_variant, reason = "there is no heap to put a path on")]
-pub enum Origin {
-    /// The vehicle knows the trajectory.
-    Trajectory(AnyTrajectory),
-    /// The host sends them.
-    Stream,
-}
-
-/// Gives the reference of each tick.
+/// Gives the reference of each tick; has the memory for one trajectory.
 #[derive(Clone, Debug)]
 pub struct ReferenceSource {
-    origin: Origin,
+    /// Followed unless `streaming`.
+    trajectory: AnyTrajectory,
+    streaming: bool,
     timeout: u32,
     streamed: Option<Streamed>,
-    /// The tick of flight that a trajectory was asked for last, and what it said.
+    /// The tick of flight that the trajectory was evaluated at last, and the result.
     latest: Option<(u32, Reference)>,
 }
 
-/// What the host sent last.
+/// The latest reference of the host.
 #[derive(Clone, Copy, Debug)]
 struct Streamed {
     reference: Reference,
@@ -36,21 +28,38 @@ struct Streamed {
 }
 
 impl ReferenceSource {
-    /// A host that streams is silent when nothing has come for `timeout` ticks.
+    /// A stream is held when no reference has come for `timeout` ticks. Follows the stream until a
+    /// trajectory is selected.
     #[must_use]
-    pub const fn new(origin: Origin, timeout: u32) -> Self {
-        Self { origin, timeout, streamed: None, latest: None }
+    pub const fn new(timeout: u32) -> Self {
+        let trajectory = AnyTrajectory::unbuilt();
+        Self { trajectory, streaming: true, timeout, streamed: None, latest: None }
     }
 
-    /// Where references come from now.
+    /// The selected trajectory; none while a stream is followed.
     #[must_use]
-    pub const fn origin(&self) -> &Origin {
-        &self.origin
+    pub const fn trajectory(&self) -> Option<&AnyTrajectory> {
+        if self.streaming { None } else { Some(&self.trajectory) }
     }
 
-    /// Follows `origin` from now on.
-    pub fn select(&mut self, origin: Origin) {
-        (self.origin, self.streamed, self.latest) = (origin, None, None);
+    /// Sets the timeout of the stream (ticks).
+    pub fn set_timeout(&mut self, timeout: u32) {
+        self.timeout = timeout;
+    }
+
+    /// Follows a trajectory from now on; it is built in place of the one before.
+    pub fn follow(&mut self, trajectory: &CheckedTrajectory) {
+        trajectory.build_into(&mut self.trajectory);
+        self.forget(false);
+    }
+
+    /// Follows the stream from now on.
+    pub fn follow_stream(&mut self) {
+        self.forget(true);
+    }
+
+    fn forget(&mut self, streaming: bool) {
+        (self.streaming, self.streamed, self.latest) = (streaming, None, None);
     }
 
     /// Takes a reference that came at tick `uptime`.
@@ -59,14 +68,14 @@ impl ReferenceSource {
     }
 
     /// The reference after `flight_tick` ticks of flight, zero on the ground, at tick `uptime`;
-    /// `position_world` is where the vehicle is (m), held while nothing is streamed.
+    /// `position_world` is the vehicle's position (m), held while nothing is streamed.
     pub fn next(&mut self, flight_tick: u32, uptime: u32, position_world: Vec3) -> Reference {
-        if let Origin::Trajectory(trajectory) = &self.origin {
-            // Asked for several times a tick; its sine takes longer than a control step.
+        if !self.streaming {
+            // Needed several times per tick; its sine takes longer than a control step.
             return match self.latest {
                 Some((tick, reference)) if tick == flight_tick => reference,
                 _ => {
-                    let reference = trajectory.reference(u64::from(flight_tick));
+                    let reference = self.trajectory.reference(u64::from(flight_tick));
                     self.latest = Some((flight_tick, reference));
                     reference
                 }
@@ -80,7 +89,7 @@ impl ReferenceSource {
         } else if flight_tick > 0 {
             standstill(&reference)
         } else {
-            self.streamed = None; // what an earlier flight followed says nothing of the next
+            self.streamed = None; // of an earlier flight
             Reference::hover(position_world)
         }
     }
@@ -106,19 +115,30 @@ mod tests {
         Reference { velocity_world: Vec3::X, ..Reference::hover(Vec3::new(x, 0.0, 1.0)) }
     }
 
-    fn circle() -> AnyTrajectory {
-        let config = CircleConfig {
+    fn config() -> TrajectoryConfig {
+        TrajectoryConfig::Circle(CircleConfig {
             centre_world: Vec3::ZERO,
             radius: 2.0,
             angular_rate: 0.5,
             heading: Heading::Tangent,
-        };
-        TrajectoryConfig::Circle(config).build(1e-3).unwrap()
+        })
+    }
+
+    fn circle() -> AnyTrajectory {
+        config().build(1e-3).unwrap()
+    }
+
+    /// A source that follows the circle.
+    fn on_circle() -> ReferenceSource {
+        let mut source = ReferenceSource::new(TIMEOUT);
+        source.follow(&config().check(1e-3).unwrap());
+        source
     }
 
     #[test]
     fn a_trajectory_is_asked_for_the_tick_of_flight_and_ignores_the_stream() {
-        let mut source = ReferenceSource::new(Origin::Trajectory(circle()), TIMEOUT);
+        let mut source = on_circle();
+        assert_eq!(source.trajectory(), Some(&circle()));
         assert_eq!(source.next(0, 5000, HERE), circle().reference(0));
         source.receive(place(1.0), 6233);
         for tick in [1234, 1234, 1235, 0] {
@@ -128,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_stream_is_followed_and_held_when_it_ends() {
-        let mut source = ReferenceSource::new(Origin::Stream, TIMEOUT);
+        let mut source = ReferenceSource::new(TIMEOUT);
         source.receive(place(2.0), u32::MAX);
         assert_eq!(source.next(0, u32::MAX, HERE), place(2.0));
         assert_eq!(source.next(2, 1, HERE), place(2.0), "between two messages");
@@ -139,7 +159,7 @@ mod tests {
 
     #[test]
     fn without_a_stream_the_vehicle_stays_where_it_is() {
-        let mut source = ReferenceSource::new(Origin::Stream, TIMEOUT);
+        let mut source = ReferenceSource::new(TIMEOUT);
         assert_eq!(source.next(0, 0, HERE), Reference::hover(HERE));
         source.receive(place(2.0), 0);
         assert_eq!(source.next(0, TIMEOUT, HERE), Reference::hover(HERE));
@@ -148,11 +168,12 @@ mod tests {
 
     #[test]
     fn a_new_choice_forgets_the_stream() {
-        let mut source = ReferenceSource::new(Origin::Stream, TIMEOUT);
+        let mut source = ReferenceSource::new(TIMEOUT);
         source.receive(place(2.0), 0);
-        source.select(Origin::Trajectory(circle()));
+        source.follow(&config().check(1e-3).unwrap());
         assert_eq!(source.next(0, 0, HERE), circle().reference(0));
-        source.select(Origin::Stream);
+        source.follow_stream();
+        assert_eq!(source.trajectory(), None);
         assert_eq!(source.next(0, 0, HERE), Reference::hover(HERE));
     }
 

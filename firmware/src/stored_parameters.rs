@@ -1,4 +1,4 @@
-//! What a vehicle keeps of its parameters, and which are in force after a start.
+//! Stored parameters, and the choice of those in force after a start.
 
 use core::fmt;
 
@@ -23,12 +23,12 @@ pub enum StoredParameters {
     /// The built-in parameters are to be in force.
     Forgotten,
     /// These are.
-    Kept(Kept),
+    Set(StoredSet),
 }
 
 /// Parameters in the order of the tables in `link`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Kept {
+pub struct StoredSet {
     /// Checksum of all names, in order: other firmware may have other parameters.
     layout: u32,
     kind: ControllerKind,
@@ -36,7 +36,7 @@ pub struct Kept {
     saturated: [f32; SATURATED],
 }
 
-/// Why a stored set is not flown with.
+/// Reason to refuse a stored set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SetError {
     /// It was written by firmware with other parameters, or is none.
@@ -63,13 +63,13 @@ impl From<ConfigError> for SetError {
 }
 
 impl StoredParameters {
-    /// Keeps `tuning`.
+    /// The set of `tuning`.
     #[must_use]
     pub fn of(tuning: &Tuning) -> Self {
         let (mut robust_adaptive, mut saturated) = ([0.0; ROBUST_ADAPTIVE], [0.0; SATURATED]);
         tuning.robust_adaptive.read_all(&mut robust_adaptive);
         tuning.saturated.read_all(&mut saturated);
-        Self::Kept(Kept { layout: layout(), kind: tuning.kind, robust_adaptive, saturated })
+        Self::Set(StoredSet { layout: layout(), kind: tuning.kind, robust_adaptive, saturated })
     }
 
     /// The content of its record; every one fits.
@@ -81,7 +81,7 @@ impl StoredParameters {
     }
 }
 
-impl Kept {
+impl StoredSet {
     /// `built_in` with these parameters; what is not among them, such as the step period, stays.
     fn tuning(&self, built_in: &Tuning) -> Result<Tuning, SetError> {
         if self.layout != layout() {
@@ -95,13 +95,13 @@ impl Kept {
     }
 }
 
-/// Puts what was found in memory in force in place of the built-in parameters of `flown`, if both
+/// Puts what was found in memory in force in place of the built-in parameters of `mission`, if both
 /// controllers accept it and the one that flies accepts the trajectory.
 ///
 /// # Errors
-/// Why what was found is refused; `flown` is then unchanged. The origin says so in either case.
+/// The refusal of what was found; `mission` is then unchanged. The origin states it in either case.
 pub fn put_in_force(
-    flown: &mut BuiltInMission,
+    mission: &mut BuiltInMission,
     found: &Found,
 ) -> (ParametersInForce, Result<(), SetError>) {
     let in_force = |origin, generation| ParametersInForce { origin, generation, changed: false };
@@ -110,10 +110,10 @@ pub fn put_in_force(
         Found::Unreadable => return (in_force(ParameterOrigin::Unreadable, 0), Ok(())),
         Found::Record(generation, payload) => (*generation, payload),
     };
-    match accepted(flown, payload) {
+    match accepted(mission, payload) {
         Ok(None) => (in_force(ParameterOrigin::BuiltIn, generation), Ok(())),
         Ok(Some(tuning)) => {
-            flown.tuning = tuning;
+            mission.tuning = tuning;
             (in_force(ParameterOrigin::Stored, generation), Ok(()))
         }
         Err(error) => (in_force(ParameterOrigin::Refused, generation), Err(error)),
@@ -121,18 +121,19 @@ pub fn put_in_force(
 }
 
 /// The tuning in a record, none if it was forgotten.
-fn accepted(flown: &BuiltInMission, payload: &[u8]) -> Result<Option<Tuning>, SetError> {
-    let kept = match postcard::take_from_bytes(payload) {
-        Ok((StoredParameters::Kept(kept), [])) => kept,
+fn accepted(mission: &BuiltInMission, payload: &[u8]) -> Result<Option<Tuning>, SetError> {
+    let set = match postcard::take_from_bytes(payload) {
+        Ok((StoredParameters::Set(set), [])) => set,
         Ok((StoredParameters::Forgotten, [])) => return Ok(None),
         _ => return Err(SetError::Foreign),
     };
-    let tuning = kept.tuning(&flown.tuning)?;
+    let tuning = set.tuning(&mission.tuning)?;
     for kind in [ControllerKind::RobustAdaptive, ControllerKind::Saturated] {
         Tuning { kind, ..tuning }.controller()?;
     }
     let law = tuning.controller()?;
-    law.accept(&flown.trajectory.build(law.step_period())?)?;
+    let trajectory = mission.trajectory.check(law.step_period())?;
+    law.accept_limits(trajectory.acceleration_bound(), trajectory.step_period())?;
     Ok(Some(tuning))
 }
 
@@ -169,10 +170,10 @@ mod tests {
 
     #[test]
     fn what_is_kept_is_in_force_after_a_restart() {
-        let mut flown = built_in_mission().unwrap();
-        let tuning = changed(&flown);
-        let (in_force, result) = put_in_force(&mut flown, &found(&tuning));
-        assert_eq!((result, flown.tuning), (Ok(()), tuning));
+        let mut mission = built_in_mission().unwrap();
+        let tuning = changed(&mission);
+        let (in_force, result) = put_in_force(&mut mission, &found(&tuning));
+        assert_eq!((result, mission.tuning), (Ok(()), tuning));
         let expected =
             ParametersInForce { origin: ParameterOrigin::Stored, generation: 7, changed: false };
         assert_eq!(in_force, expected);
@@ -180,20 +181,20 @@ mod tests {
 
     #[test]
     fn the_step_period_is_the_images_own() {
-        let mut flown = built_in_mission().unwrap();
-        let built_in = flown.tuning.saturated.step_period;
-        let mut slow = flown.tuning;
+        let mut mission = built_in_mission().unwrap();
+        let built_in = mission.tuning.saturated.step_period;
+        let mut slow = mission.tuning;
         slow.saturated.step_period = 2.0 * built_in;
-        put_in_force(&mut flown, &found(&slow)).1.unwrap();
-        assert_eq!(flown.tuning.saturated.step_period, built_in);
+        put_in_force(&mut mission, &found(&slow)).1.unwrap();
+        assert_eq!(mission.tuning.saturated.step_period, built_in);
     }
 
     /// The origin of what is in force, and the reason; asserts that it is the built-in.
     fn refused(found: &Found) -> (ParameterOrigin, Result<(), SetError>) {
         let built_in = built_in_mission().unwrap();
-        let mut flown = built_in.clone();
-        let (in_force, result) = put_in_force(&mut flown, found);
-        assert_eq!(flown, built_in);
+        let mut mission = built_in.clone();
+        let (in_force, result) = put_in_force(&mut mission, found);
+        assert_eq!(mission, built_in);
         (in_force.origin, result)
     }
 
@@ -207,13 +208,13 @@ mod tests {
 
     #[test]
     fn a_set_of_other_firmware_is_refused() {
-        let StoredParameters::Kept(mut kept) =
+        let StoredParameters::Set(mut set) =
             StoredParameters::of(&built_in_mission().unwrap().tuning)
         else {
             panic!()
         };
-        kept.layout ^= 1;
-        let foreign = Found::Record(1, StoredParameters::Kept(kept).encode());
+        set.layout ^= 1;
+        let foreign = Found::Record(1, StoredParameters::Set(set).encode());
         let mut long = StoredParameters::of(&built_in_mission().unwrap().tuning).encode();
         long.push(0).unwrap();
         for found in [foreign, Found::Record(1, Payload::new()), Found::Record(1, long)] {

@@ -10,7 +10,8 @@ use ctrl_core::trajectory::{
     CircleConfig, Heading, HoverConfig, Leg, LemniscateConfig, RisingCircleConfig,
 };
 use ctrl_core::vehicle::VehicleState;
-use fuzz::{GROUND, say, session};
+use firmware::session::SessionMemory;
+use fuzz::{GROUND, send, session};
 use glam::Vec3;
 use link::{ControllerKind, Downlink, Encoder, MAX_FRAME, Message, TrajectorySelection, Uplink};
 
@@ -56,7 +57,7 @@ fn content_of(frame: &[u8]) -> Vec<u8> {
     payload[..length - 4].to_vec()
 }
 
-/// What a host says, and what a vehicle on the ground answers.
+/// Messages of a host, and the answers of a vehicle on the ground.
 fn conversation() -> (Vec<Uplink>, Vec<Downlink>) {
     let name: heapless::String<48> = "cascade.k1".try_into().unwrap();
     let mut uplink = vec![
@@ -70,9 +71,10 @@ fn conversation() -> (Vec<Uplink>, Vec<Downlink>) {
         Uplink::FaultAcknowledge,
     ];
     uplink.extend(uploads().into_iter().flat_map(|(_, messages)| messages));
-    let mut session = session();
+    let mut memory = SessionMemory::new();
+    let mut session = session(&mut memory);
     let downlink =
-        uplink.iter().map(|message| say(&mut session, message.clone(), GROUND)).collect();
+        uplink.iter().map(|message| send(&mut session, message.clone(), GROUND)).collect();
     uplink.push(Uplink::Command(Command::Start));
     uplink.push(Uplink::State { tick: 1000, state: VehicleState::at_rest(Vec3::ONE) });
     uplink.push(Uplink::Reference { tick: 300, reference: Reference::hover(Vec3::ONE) });
@@ -81,12 +83,13 @@ fn conversation() -> (Vec<Uplink>, Vec<Downlink>) {
 
 /// Writes every parameter's own value, and twice that.
 fn writes(kind: ControllerKind) -> Vec<u8> {
-    let mut session = session();
-    say(&mut session, Uplink::SelectController(kind), GROUND);
+    let mut memory = SessionMemory::new();
+    let mut session = session(&mut memory);
+    send(&mut session, Uplink::SelectController(kind), GROUND);
     let mut bytes = vec![kind as u8];
     for index in 0.. {
         let Downlink::Parameter(parameter) =
-            say(&mut session, Uplink::ParameterAt { index }, GROUND)
+            send(&mut session, Uplink::ParameterAt { index }, GROUND)
         else {
             return bytes;
         };

@@ -24,8 +24,8 @@ fuzz_target!(|data: &[u8]| {
         line: 2,
         text: heapless::String::new(),
     };
-    let up = hear::<Uplink>(&stream, &Uplink::Hello);
-    let down = hear::<Downlink>(&stream, &Downlink::Fault(report));
+    let up = decode::<Uplink>(&stream, &Uplink::Hello);
+    let down = decode::<Downlink>(&stream, &Downlink::Fault(report));
     // Frames of this version belong to one direction only.
     assert!(up.delivered == 0 || down.foreign >= up.delivered, "{up:?} {down:?}");
 });
@@ -45,7 +45,7 @@ fn framed(mut contents: &[u8]) -> Vec<u8> {
 }
 
 /// Feeds a stream that ends with a zero; every frame of it is counted once, and as what it is.
-fn hear<M: Message>(stream: &[u8], last: &M) -> LinkStatistics {
+fn decode<M: Message>(stream: &[u8], last: &M) -> LinkStatistics {
     let mut decoder = Decoder::<M>::default();
     let received: Vec<_> = stream.iter().filter_map(|byte| decoder.push(*byte)).collect();
     let seen = decoder.statistics();
@@ -55,15 +55,15 @@ fn hear<M: Message>(stream: &[u8], last: &M) -> LinkStatistics {
     assert_eq!((seen.delivered + seen.foreign + seen.malformed + seen.late) as usize, whole);
     assert_eq!(seen.delivered as usize, received.len());
     received.iter().for_each(|received| assert_comes_back(&received.message));
-    // The next frame is heard whatever came before, unless its number is behind the last.
+    // The next frame is delivered whatever came before, unless its number is behind the last.
     let frame = frame_of(last);
-    let heard = frame.iter().filter_map(|byte| decoder.push(*byte)).count();
+    let delivered = frame.iter().filter_map(|byte| decoder.push(*byte)).count();
     let late = decoder.statistics().late - seen.late;
-    assert_eq!(heard + late as usize, 1);
+    assert_eq!(delivered + late as usize, 1);
     seen
 }
 
-/// Whether a frame, without its zero, has whole COBS runs, a length that is allowed and a right
+/// `true` if a frame, without its zero, has whole COBS runs, a length that is allowed and a right
 /// checksum; straight from `docs/protocol.md`.
 fn is_whole(mut frame: &[u8]) -> bool {
     let mut payload = Vec::new();

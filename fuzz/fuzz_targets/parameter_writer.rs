@@ -6,15 +6,17 @@
 
 use ctrl_core::mode::Mode;
 use ctrl_core::reference::Reference;
-use firmware::session::{Progress, Session};
-use fuzz::{GROUND, ask, assert_bounded, say, session};
+use firmware::exchange::ControlStatus;
+use firmware::session::{HostSession, SessionMemory};
+use fuzz::{GROUND, ask, assert_bounded, send, session};
 use glam::Vec3;
 use libfuzzer_sys::fuzz_target;
 use link::{ControllerKind, Downlink, ParameterValue, Rejection, Uplink};
 
 fuzz_target!(|data: &[u8]| {
     let Some((kind, records)) = data.split_first() else { return };
-    let mut session = session();
+    let mut memory = SessionMemory::new();
+    let mut session = session(&mut memory);
     let kind =
         if kind % 2 == 0 { ControllerKind::RobustAdaptive } else { ControllerKind::Saturated };
     ask(&mut session, Uplink::SelectController(kind), GROUND).unwrap();
@@ -30,7 +32,7 @@ fuzz_target!(|data: &[u8]| {
 });
 
 /// The whole list, as a host reads it.
-fn read_all(session: &mut Session) -> Vec<ParameterValue> {
+fn read_all(session: &mut HostSession) -> Vec<ParameterValue> {
     let mut list = Vec::new();
     loop {
         let Downlink::Parameter(parameter) = read(session, list.len() as u16) else { panic!() };
@@ -43,16 +45,16 @@ fn read_all(session: &mut Session) -> Vec<ParameterValue> {
     }
 }
 
-fn read(session: &mut Session, index: u16) -> Downlink {
-    say(session, Uplink::ParameterAt { index }, GROUND)
+fn read(session: &mut HostSession, index: u16) -> Downlink {
+    send(session, Uplink::ParameterAt { index }, GROUND)
 }
 
 /// Writes one value: it is taken, and the law is still bounded, or it is refused, and nothing changes.
-fn write(session: &mut Session, list: &mut [ParameterValue], place: usize, value: f32) {
+fn write(session: &mut HostSession, list: &mut [ParameterValue], place: usize, value: f32) {
     let known = place < list.len();
     let name = list.get(place).map_or("no such name".try_into().unwrap(), |p| p.name.clone());
     let message = Uplink::ParameterWrite { name, value };
-    let flying = Progress { mode: Mode::Flying, ..GROUND };
+    let flying = ControlStatus { mode: Mode::Flying, ..GROUND };
     assert_eq!(ask(session, message.clone(), flying), Err(Rejection::NotNow));
     match ask(session, message, GROUND) {
         Ok(()) => {

@@ -5,7 +5,8 @@
 
 use ctrl_core::mode::Mode;
 use ctrl_core::reference::Reference;
-use firmware::session::{Progress, Session};
+use firmware::exchange::ControlStatus;
+use firmware::session::{HostSession, SessionMemory};
 use fuzz::{GROUND, ask, assert_bounded, session};
 use libfuzzer_sys::fuzz_target;
 use link::{Rejection, TrajectorySelection, Uplink};
@@ -14,7 +15,8 @@ use link::{Rejection, TrajectorySelection, Uplink};
 const TICKS: [u32; 5] = [0, 1, 777, 20_000, u32::MAX];
 
 fuzz_target!(|data: &[u8]| {
-    let mut session = session();
+    let mut memory = SessionMemory::new();
+    let mut session = session(&mut memory);
     let mut rest = data;
     while let Ok((message, after)) = postcard::take_from_bytes::<Uplink>(rest) {
         rest = after;
@@ -26,8 +28,8 @@ fuzz_target!(|data: &[u8]| {
     }
 });
 
-/// A piece of a path is taken, or refused by its number alone; what is flown does not change.
-fn upload(session: &mut Session, message: Uplink) {
+/// A piece of a path is accepted, or refused by its number alone; the selected trajectory does not change.
+fn upload(session: &mut HostSession, message: Uplink) {
     let before = references(session);
     match ask(session, message, GROUND) {
         Ok(()) | Err(Rejection::NoPath | Rejection::LegOrder { .. }) => {}
@@ -36,10 +38,10 @@ fn upload(session: &mut Session, message: Uplink) {
     assert_eq!(references(session), before);
 }
 
-/// What is taken can be flown at every tick; what is refused changes nothing.
-fn select(session: &mut Session, selection: TrajectorySelection) {
+/// An accepted trajectory can be flown at every tick; a refused one changes nothing.
+fn select(session: &mut HostSession, selection: TrajectorySelection) {
     let message = Uplink::SelectTrajectory(selection);
-    let flying = Progress { mode: Mode::Flying, ..GROUND };
+    let flying = ControlStatus { mode: Mode::Flying, ..GROUND };
     let before = references(session);
     assert_eq!(ask(session, message.clone(), flying), Err(Rejection::NotNow));
     assert_eq!(references(session), before);
@@ -61,6 +63,6 @@ fn select(session: &mut Session, selection: TrajectorySelection) {
     }
 }
 
-fn references(session: &mut Session) -> [Reference; TICKS.len()] {
-    TICKS.map(|flight_tick| session.reference(Progress { flight_tick, ..GROUND }))
+fn references(session: &mut HostSession) -> [Reference; TICKS.len()] {
+    TICKS.map(|flight_tick| session.reference(ControlStatus { flight_tick, ..GROUND }))
 }

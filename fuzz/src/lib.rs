@@ -1,54 +1,59 @@
-//! What the fuzz targets share: a session without hardware, and what every law promises.
+//! Shared parts of the fuzz targets: a session without hardware, and the bounds of every law.
 
 use ctrl_core::controller::{AdaptiveController, AnyController, TrackingController};
 use ctrl_core::mode::Mode;
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
+use firmware::exchange::ControlStatus;
 use firmware::scenario::built_in_mission;
-use firmware::session::{Progress, Session, SessionConfig};
+use firmware::session::{HostSession, SessionConfig, SessionMemory};
+use firmware::tick_source::TickOrigin;
 use glam::Vec3;
 use link::{Acknowledgement, Downlink, ParametersInForce, Received, Rejection, Uplink};
 
 /// A vehicle on the ground at some tick.
-pub const GROUND: Progress =
-    Progress { mode: Mode::Disarmed, flight_tick: 0, uptime: 1000, in_step: false };
+pub const GROUND: ControlStatus =
+    ControlStatus { mode: Mode::Disarmed, flight_tick: 0, uptime: 1000 };
 
-/// A session of the image's vehicle after its greeting.
+/// A session of the image's vehicle after its handshake.
 ///
 /// # Panics
 /// If the image's own configuration is refused.
 #[must_use]
-pub fn session() -> Session {
+pub fn session(memory: &mut SessionMemory) -> HostSession<'_> {
     let config = SessionConfig {
         board: "fuzz",
         sample_valid: 5,
         reference_timeout: 100,
         telemetry_period_min: 2,
     };
-    let mut session =
-        Session::new(config, &built_in_mission().unwrap(), ParametersInForce::default(), None)
-            .unwrap();
+    let (mission, in_force) = (built_in_mission().unwrap(), ParametersInForce::default());
+    let mut session = HostSession::new(memory, config, &mission, in_force, None).unwrap();
     while session.next_answer().is_some() {}
     session
 }
 
-/// Says `message` and returns the one answer.
+/// Sends `message` and returns the one answer.
 ///
 /// # Panics
 /// Unless there is exactly one.
-pub fn say(session: &mut Session, message: Uplink, progress: Progress) -> Downlink {
-    session.handle(Received { sequence: 42, message }, progress);
+pub fn send(session: &mut HostSession, message: Uplink, status: ControlStatus) -> Downlink {
+    session.handle(Received { sequence: 42, message }, status, TickOrigin::Timer);
     let answer = session.next_answer().expect("an answer");
     assert_eq!(session.next_answer(), None);
     answer
 }
 
-/// Says `message`, which is answered by an acknowledgement.
+/// Sends `message`, which is answered by an acknowledgement.
 ///
 /// # Panics
 /// If it is answered by anything else.
-pub fn ask(session: &mut Session, message: Uplink, progress: Progress) -> Result<(), Rejection> {
-    match say(session, message, progress) {
+pub fn ask(
+    session: &mut HostSession,
+    message: Uplink,
+    status: ControlStatus,
+) -> Result<(), Rejection> {
+    match send(session, message, status) {
         Downlink::Acknowledgement(Acknowledgement { sequence: 42, result }) => result,
         other => panic!("{other:?}"),
     }

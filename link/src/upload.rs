@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::message::Rejection;
 use ctrl_core::error::ConfigError;
 use ctrl_core::list::List;
-use ctrl_core::trajectory::{Leg, MAX_LEGS, WaypointPath, WaypointPathConfig};
+use ctrl_core::trajectory::{CheckedPath, Leg, MAX_LEGS, WaypointPathConfig};
 
 /// Why a leg or a path was not taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,18 +56,24 @@ pub struct PathUpload {
 }
 
 impl PathUpload {
+    /// No path yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { announced: 0, path: None }
+    }
+
     /// Begins a path of `legs` legs, at rest in `start_world` (m) and with heading `yaw` (rad);
     /// forgets what was there.
     ///
     /// # Errors
     /// When that many legs do not fit; no path is then begun.
     pub fn begin(&mut self, start_world: Vec3, yaw: f32, legs: u8) -> Result<(), UploadError> {
-        *self = Self::default();
+        *self = Self::new();
         if legs == 0 || usize::from(legs) > MAX_LEGS {
             return Err(UploadError::Count(legs));
         }
-        let path = WaypointPathConfig { start_world, yaw, legs: List::new() };
-        *self = Self { announced: legs, path: Some(path) };
+        self.path = Some(WaypointPathConfig { start_world, yaw, legs: List::new() });
+        self.announced = legs;
         Ok(())
     }
 
@@ -94,14 +100,14 @@ impl PathUpload {
         self.path.as_ref().map_or(0, |path| path.legs.len() as u8)
     }
 
-    /// The complete path, validated for flight every `step_period` (s).
+    /// The complete path, checked for flight every `step_period` (s).
     ///
     /// # Errors
-    /// When legs are missing, or the constructor of [`WaypointPath`] refuses it.
-    pub fn finish(&self, step_period: f32) -> Result<WaypointPath, UploadError> {
+    /// When legs are missing, or [`WaypointPathConfig::check`] refuses the path.
+    pub fn finish(&self, step_period: f32) -> Result<CheckedPath<'_>, UploadError> {
         match &self.path {
             Some(path) if self.expected() == self.announced => {
-                WaypointPath::new(path, step_period).map_err(UploadError::Invalid)
+                path.check(step_period).map_err(UploadError::Invalid)
             }
             _ => Err(UploadError::Incomplete),
         }

@@ -39,7 +39,7 @@ fn over_a_wire() -> (Child, String) {
     (vehicle, format!("tcp:{free}"))
 }
 
-/// Runs the script against a fresh vehicle and returns what it heard.
+/// Runs the script against a fresh vehicle and returns what it received.
 fn converse((mut vehicle, link): (Child, String)) -> Value {
     let python = Command::new("python3").arg("--version").output();
     python.expect("python3 must be installed, on Debian or Ubuntu: apt install python3");
@@ -117,14 +117,14 @@ fn over_usart2_it_does_the_same_in_lock_step() {
 }
 
 fn assert_conversation(said: &Value) {
-    let flown = built_in_mission().unwrap();
-    assert_eq!(flown.tuning.kind, ControllerKind::Saturated);
-    let config = flown.tuning.saturated;
+    let mission = built_in_mission().unwrap();
+    assert_eq!(mission.tuning.kind, ControllerKind::Saturated);
+    let config = mission.tuning.saturated;
     assert_examples(&said["examples"]);
-    let greeting = said["greeting"].as_array().unwrap();
-    assert!(greeting.len() == 2 && greeting[0][0] == 0, "{greeting:?}");
+    let first = said["greeting"].as_array().unwrap();
+    assert!(first.len() == 2 && first[0][0] == 0, "{first:?}");
     let built_in = json!([6, {"origin": "built-in", "generation": 0, "changed": false}]);
-    assert_eq!(greeting[1], built_in);
+    assert_eq!(first[1], built_in);
     let identity = &said["identity"];
     assert_eq!(identity["board"], "emulated STM32F405");
     assert_eq!((&identity["controller"], &identity["fault"]), (&json!(1), &json!(false)));

@@ -1,4 +1,4 @@
-//! `cargo xtask budgets`: what was measured against what `budgets.toml` allows.
+//! `cargo xtask budgets`: measurements against the limits in `budgets.toml`.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ const RATE: f64 = 1000.0;
 /// The checked-in limits.
 #[derive(Deserialize)]
 struct Budgets {
-    /// How far a limit may lie above what is measured, as a part of the limit.
+    /// Largest headroom of a limit above the measured value, as a part of the limit.
     slack: f64,
     /// Limits by what they limit, then by quantity.
     limits: BTreeMap<String, BTreeMap<String, f64>>,
@@ -71,6 +71,15 @@ fn measure() -> Result<Vec<Row>> {
     }
     rows.extend(firmware_rows()?);
     Ok(rows)
+}
+
+/// Builds the firmware's images and prints their sizes and the worst-case stack of each task.
+pub fn print_firmware() -> Result<()> {
+    firmware::build()?;
+    for Row { quantity, unit, value, .. } in firmware_rows()? {
+        println!("{quantity:<12} {value:>8} {unit}");
+    }
+    Ok(())
 }
 
 /// Sizes of the image for a board; that for the emulator has more in it.

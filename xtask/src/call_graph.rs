@@ -14,7 +14,7 @@ pub struct Node {
     pub function: Function,
     /// Its instructions.
     pub instructions: Vec<(u64, Instruction)>,
-    /// What it calls or jumps to: address of the instruction, start of the function.
+    /// Its calls and jumps: address of the instruction, start of the function.
     calls: Vec<(u64, u64)>,
 }
 
@@ -156,7 +156,7 @@ fn node(
     Ok(Node { function: function.clone(), instructions, calls })
 }
 
-/// Where a call through a known pointer can lead; every part of a name must be found.
+/// Targets of a call through a known pointer; every part of a name must be found.
 fn targets(image: &Image, pointer: &KnownPointer) -> Result<Vec<u64>> {
     let mut targets = Vec::new();
     for part in pointer.targets {
@@ -168,7 +168,7 @@ fn targets(image: &Image, pointer: &KnownPointer) -> Result<Vec<u64>> {
     Ok(targets)
 }
 
-/// Where an instruction can lead besides the next one; an error if that cannot be told.
+/// Successors of an instruction besides the next one; an error if they cannot be determined.
 fn flow(instruction: &Instruction) -> Result<Option<u64>> {
     let (name, operands) = (instruction.name(), instruction.operands.as_str());
     let shown = format!("`{} {operands}`", instruction.mnemonic);

@@ -33,7 +33,7 @@ pub const ALL: &[Check] = &[
     check("budgets", budgets::check),
 ];
 
-/// What to run while working.
+/// The everyday checks.
 pub const EVERYDAY: &[Check] = &[SET_UP, FORMAT, LINT_HOST, check("tests", tests)];
 
 const SET_UP: Check = check("set-up", set_up);
@@ -98,8 +98,8 @@ fn lint_target() -> Result<()> {
     };
     lint(&["-p", "ctrl-core"])?;
     lint(&["-p", "step-image"])?;
-    for outfit in firmware::OUTFITS {
-        lint(&["-p", "firmware", "--features", outfit])?;
+    for variant in firmware::VARIANTS {
+        lint(&["-p", "firmware", "--features", variant])?;
     }
     Ok(())
 }

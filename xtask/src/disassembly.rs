@@ -12,7 +12,7 @@ use crate::{shell, toolchain};
 pub struct Instruction {
     /// In lower case with its suffixes, such as `vadd.f32` or `beq.w`.
     pub mnemonic: String,
-    /// What follows the mnemonic, without comments.
+    /// Operands after the mnemonic, without comments.
     pub operands: String,
 }
 

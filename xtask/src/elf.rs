@@ -1,4 +1,4 @@
-//! What the checks need from a linked ARM image: functions, stack sizes, section sizes.
+//! Properties of a linked ARM image that the checks use: functions, stack sizes, section sizes.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -8,24 +8,24 @@ use anyhow::{Context, Result};
 use crate::shell::{cargo, command, run};
 use crate::toolchain::TARGET;
 
-/// Features of the package `firmware`, one for each outfit.
-pub const OUTFITS: [&str; 2] = ["board", "emulator"];
+/// Features of the package `firmware`, one per build variant.
+pub const VARIANTS: [&str; 2] = ["board", "emulator"];
 
-/// Builds both outfits and keeps a copy of each image.
+/// Builds both variants and keeps a copy of each image.
 pub fn build() -> Result<()> {
-    for outfit in OUTFITS {
-        run(cargo(["build", "--release", "-p", "firmware", "--features", outfit])
+    for variant in VARIANTS {
+        run(cargo(["build", "--release", "-p", "firmware", "--features", variant])
             .args(["--target", TARGET]))?;
         let built = Path::new("target").join(TARGET).join("release").join("firmware");
-        // Both outfits are built to the same place.
-        std::fs::copy(&built, image(outfit)).with_context(|| built.display().to_string())?;
+        // Both variants are built to the same place.
+        std::fs::copy(&built, image(variant)).with_context(|| built.display().to_string())?;
     }
     Ok(())
 }
 
-/// Where [`build`] leaves the image of an outfit.
-pub fn image(outfit: &str) -> PathBuf {
-    Path::new("target").join(format!("firmware-{outfit}"))
+/// Path at which [`build`] leaves the image of a variant.
+pub fn image(variant: &str) -> PathBuf {
+    Path::new("target").join(format!("firmware-{variant}"))
 }
 
 /// Deepest stack that the emulated image finds in its painted memory after 3 s (B).

@@ -9,10 +9,10 @@ use crate::call_graph::{CallGraph, KnownPointer};
 use crate::disassembly::disassemble;
 use crate::elf::Image;
 
-/// What the processor pushes before a handler: 26 words with the floating-point registers, aligned
+/// Bytes that the processor pushes before a handler: 26 words with the floating-point registers, aligned
 /// to 8 bytes.
 const EXCEPTION_FRAME: u64 = 112;
-/// What unused entries of the vector table lead to: an endless loop.
+/// Handler of unused entries of the vector table: an endless loop.
 const UNUSED: &str = "DefaultHandler";
 
 /// Calls through pointers, and all that these can point at.
@@ -25,9 +25,9 @@ const POINTERS: &[KnownPointer] = &[
             "defmt_rtt::channel::Channel::nonblocking_write",
         ],
     },
-    // The table of parameters (`link::parameter`) has a function a field.
+    // The table of parameters (`link::parameter`) has one function per field.
     KnownPointer {
-        caller: "firmware::session::Session",
+        caller: "firmware::session",
         targets: &["core::ops::function::FnOnce::call_once"],
     },
 ];

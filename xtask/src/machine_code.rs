@@ -1,4 +1,4 @@
-//! What must not be in a control step's machine code, and what must.
+//! Forbidden and required instructions in a control step's machine code.
 
 use anyhow::{Result, ensure};
 
@@ -24,14 +24,14 @@ const FORBIDDEN: [(&str, &str); 10] = [
 const SOFT_ENDINGS: [&str; 10] =
     ["df3", "df2", "sf3", "sf2", "dfsi", "sfsi", "sidf", "sisf", "dfdi", "sfdi"];
 
-/// Why the step must not reach a function of this name, if so.
+/// Reason that the step must not reach a function of this name, if there is one.
 fn objection(name: &str) -> Option<&'static str> {
     let part = FORBIDDEN.iter().find(|(part, _)| name.contains(part)).map(|(_, reason)| *reason);
     let soft = name.starts_with("__") && SOFT_ENDINGS.iter().any(|end| name.ends_with(end));
     part.or(soft.then_some("a software float routine"))
 }
 
-/// What is wrong with the machine code that one controller's step can reach; empty if nothing.
+/// Faults of the machine code that one controller's step can reach.
 fn faults(graph: &CallGraph, sources: &Sources) -> Result<Vec<String>> {
     let (mut faults, mut roots) = (Vec::new(), 0);
     for node in graph.nodes() {
@@ -62,7 +62,7 @@ fn faults(graph: &CallGraph, sources: &Sources) -> Result<Vec<String>> {
 }
 
 /// The check must be able to fail: an image's own harness has all that a step must not have.
-fn knows_bad_code() -> Result<()> {
+fn detects_bad_code() -> Result<()> {
     let image = StepImage::open(NONE)?;
     let harness = CallGraph::walk(&image.image, &image.listing, "main");
     let refused = harness.err().is_some_and(|error| format!("{error:#}").contains("indirect"));
@@ -76,7 +76,7 @@ fn knows_bad_code() -> Result<()> {
 pub fn check_all() -> Result<()> {
     crate::step_image::build()?;
     let mut good = true;
-    knows_bad_code()?;
+    detects_bad_code()?;
     for controller in CONTROLLERS {
         let image = StepImage::open(controller)?;
         let size = image.graph.code_size();

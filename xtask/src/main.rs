@@ -29,12 +29,13 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   test          the everyday checks: format, clippy, tests
   setup         install the toolchain's parts, the emulator and the tests' Python packages
   fuzz          a short run of each fuzz target
-  machine-code  what the control steps' machine code must and must not contain
+  machine-code  required and forbidden instructions in the control steps' machine code
   budgets [--accept]
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
                 limits to what was measured
+  firmware      flash, static RAM and worst-case stack of the firmware's image alone
   profile CONTROLLER [FLIGHT [ROWS]]
-                where a step's instructions go; CONTROLLER is robust-adaptive or saturated,
+                instructions of a step by function; CONTROLLER is robust-adaptive or saturated,
                 FLIGHT one of those that `budgets` lists (the paper's unless given)";
 
 fn main() -> ExitCode {
@@ -61,6 +62,7 @@ fn run() -> Result<()> {
         ["machine-code"] => machine_code::check_all(),
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),
+        ["firmware"] => budgets::print_firmware(),
         ["profile", controller] => profile::run(controller, "paper", 40),
         ["profile", controller, flight] => profile::run(controller, flight, 40),
         ["profile", controller, flight, rows] => {

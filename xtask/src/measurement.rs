@@ -9,9 +9,9 @@ use crate::cycles;
 use crate::shell::{cargo, run};
 use crate::step_image::{Flight, NONE, StepImage, build, read_words};
 
-/// Where the flights for the step images are written.
+/// Folder of the flights for the step images.
 pub const SAMPLES: &str = "target/step-samples";
-/// How far the static stack bound may lie above the deepest stack that was seen (B).
+/// Largest headroom of the static stack bound above the deepest stack that was seen (B).
 const STACK_MARGIN: u64 = 64;
 
 /// Builds images and plugin, and writes the flights.
@@ -22,7 +22,7 @@ pub fn prepare() -> Result<()> {
 
 /// Instructions a step in one flight.
 pub struct Case {
-    /// What flew.
+    /// Name of the flight.
     pub name: String,
     /// Steps flown.
     pub steps: usize,

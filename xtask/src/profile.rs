@@ -1,4 +1,4 @@
-//! Where the instructions of a step go: by source line and by (inlined) function.
+//! Instructions of a step by source line and by (inlined) function.
 
 use std::collections::{BTreeMap, BTreeSet};
 

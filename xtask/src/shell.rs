@@ -40,7 +40,7 @@ pub fn output(command: &mut Command) -> Result<String> {
     String::from_utf8(output.stdout).with_context(|| format!("output of `{shown}`"))
 }
 
-/// Whether the program exists and runs.
+/// `true` if the program exists and runs.
 pub fn succeeds(command: &mut Command) -> bool {
     command
         .stdin(Stdio::null())

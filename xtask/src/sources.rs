@@ -6,7 +6,7 @@ use std::path::Path;
 use addr2line::Loader;
 use anyhow::{Result, anyhow};
 
-/// Where the core's sources lie.
+/// Folder of the core's sources.
 const OWN: &str = "ctrl-core/src/";
 
 /// One function on the way to an instruction, and the line in it.
@@ -71,7 +71,7 @@ fn short(file: &str) -> String {
     parts[parts.len().saturating_sub(3)..].join("/")
 }
 
-/// A function's name without its generic arguments, which fill lines and tell little.
+/// A function's name without its generic arguments, which fill lines.
 fn shorter(name: &str) -> String {
     name.split("::<").next().unwrap_or(name).to_owned()
 }

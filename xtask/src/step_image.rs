@@ -36,7 +36,7 @@ pub fn build() -> Result<()> {
 
 /// A built image with what the machine-code tools know of it.
 pub struct StepImage {
-    /// Where it lies.
+    /// Its path.
     pub path: PathBuf,
     /// Functions and sizes.
     pub image: Image,
@@ -85,13 +85,13 @@ impl StepImage {
     }
 }
 
-/// What one flight in the emulator gave.
+/// Results of one flight in the emulator.
 pub struct Flight {
     /// Instructions of every step, from the plugin.
     pub instructions: Vec<u64>,
-    /// How often each instruction was executed inside steps.
+    /// Executions of each instruction inside steps.
     pub executed: Executed,
-    /// What each step returned.
+    /// Output of each step.
     pub answers: Vec<Answer>,
     /// Stack and sizes.
     pub closing: Closing,

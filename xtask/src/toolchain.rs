@@ -11,7 +11,7 @@ use crate::shell::{command, output, run, succeeds};
 /// The one embedded target.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 const COMPONENTS: [&str; 4] = ["llvm-tools", "rust-src", "rustfmt", "clippy"];
-/// What shows that a program is there, and the Debian package that holds it.
+/// Command that succeeds if a program is there, and the Debian package that holds it.
 const PROGRAMS: [(&[&str], &str); 6] = [
     (&["qemu-system-arm", "--version"], "qemu-system-arm"),
     (&["valgrind", "--version"], "valgrind"),
@@ -21,7 +21,7 @@ const PROGRAMS: [(&[&str], &str); 6] = [
     (&["chromium", "--version"], "chromium"), // reports in a browser
 ];
 
-/// Installs whatever is missing, or says how to.
+/// Installs missing programs, or returns an error with the command to do so.
 pub fn set_up() -> Result<()> {
     if succeeds(&mut command(["rustup", "--version"])) {
         run(&mut command(["rustup", "target", "add", TARGET]))?;

@@ -224,16 +224,25 @@ pub trait AdaptiveController: TrackingController {
     /// # Errors
     /// Names `trajectory.acceleration_bound` or `trajectory.step_period`, its value and the bound.
     fn accept(&self, trajectory: &impl Trajectory) -> Result<(), ConfigError> {
+        self.accept_limits(trajectory.acceleration_bound(), trajectory.step_period())
+    }
+
+    /// As [`accept`](Self::accept), for a trajectory of this acceleration bound (m/s^2) and step
+    /// period (s).
+    ///
+    /// # Errors
+    /// As [`accept`](Self::accept).
+    fn accept_limits(&self, acceleration_bound: f32, step_period: f32) -> Result<(), ConfigError> {
         require(
             "trajectory.acceleration_bound",
-            trajectory.acceleration_bound(),
+            acceleration_bound,
             Bound::Inside(0.0, self.reference_acceleration_max()),
             "M_p of the controller, Assumption 4",
         )?;
         let period = self.step_period();
         require(
             "trajectory.step_period",
-            trajectory.step_period(),
+            step_period,
             Bound::Inside(period, period),
             "step period of the controller",
         )

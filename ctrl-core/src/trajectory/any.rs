@@ -4,8 +4,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Circle, CircleConfig, Hover, HoverConfig, Lemniscate, LemniscateConfig, RisingCircle,
-    RisingCircleConfig, Trajectory, WaypointPath, WaypointPathConfig,
+    CheckedPath, Circle, CircleConfig, Hover, HoverConfig, Lemniscate, LemniscateConfig,
+    RisingCircle, RisingCircleConfig, Trajectory, WaypointPath, WaypointPathConfig,
 };
 use crate::error::ConfigError;
 use crate::reference::Reference;
@@ -40,24 +40,96 @@ pub enum TrajectoryConfig {
 }
 
 impl TrajectoryConfig {
-    /// Builds the trajectory, sampled every `step_period` (s).
+    /// The trajectory, sampled every `step_period` (s).
     ///
     /// # Errors
     /// That of the kind's constructor: the field or product, its value and the bound.
     pub fn build(&self, step_period: f32) -> Result<AnyTrajectory, ConfigError> {
+        Ok(self.check(step_period)?.build())
+    }
+
+    /// Checks the trajectory for flight, sampled every `step_period` (s), without building a path.
+    ///
+    /// # Errors
+    /// As [`build`](Self::build).
+    pub fn check(&self, step_period: f32) -> Result<CheckedTrajectory<'_>, ConfigError> {
         Ok(match self {
-            Self::Hover(config) => AnyTrajectory::Hover(Hover::new(config, step_period)?),
+            Self::Hover(config) => CheckedTrajectory::Hover(Hover::new(config, step_period)?),
             Self::RisingCircle(config) => {
-                AnyTrajectory::RisingCircle(RisingCircle::new(config, step_period)?)
+                CheckedTrajectory::RisingCircle(RisingCircle::new(config, step_period)?)
             }
-            Self::Circle(config) => AnyTrajectory::Circle(Circle::new(config, step_period)?),
+            Self::Circle(config) => CheckedTrajectory::Circle(Circle::new(config, step_period)?),
             Self::Lemniscate(config) => {
-                AnyTrajectory::Lemniscate(Lemniscate::new(config, step_period)?)
+                CheckedTrajectory::Lemniscate(Lemniscate::new(config, step_period)?)
             }
             Self::WaypointPath(config) => {
-                AnyTrajectory::WaypointPath(WaypointPath::new(config, step_period)?)
+                CheckedTrajectory::WaypointPath(config.check(step_period)?)
             }
         })
+    }
+}
+
+/// A trajectory configuration that has passed every check; a path is not built yet.
+///
+/// A built path takes kilobytes. With this value a controller can judge the trajectory first, and
+/// [`build_into`](Self::build_into) then writes it into the memory that it is flown from.
+#[derive(Clone, Debug)]
+pub enum CheckedTrajectory<'a> {
+    /// Standing still.
+    Hover(Hover),
+    /// The paper's trajectory.
+    RisingCircle(RisingCircle),
+    /// A horizontal circle.
+    Circle(Circle),
+    /// A horizontal figure of eight.
+    Lemniscate(Lemniscate),
+    /// Legs through waypoints.
+    WaypointPath(CheckedPath<'a>),
+}
+
+/// Evaluates the expression for whichever kind was checked.
+macro_rules! of_checked {
+    ($checked:expr, $trajectory:ident => $value:expr) => {
+        match $checked {
+            CheckedTrajectory::Hover($trajectory) => $value,
+            CheckedTrajectory::RisingCircle($trajectory) => $value,
+            CheckedTrajectory::Circle($trajectory) => $value,
+            CheckedTrajectory::Lemniscate($trajectory) => $value,
+            CheckedTrajectory::WaypointPath($trajectory) => $value,
+        }
+    };
+}
+
+impl CheckedTrajectory<'_> {
+    /// Upper bound of the magnitude of each component of the acceleration, over all time (m/s^2).
+    #[must_use]
+    pub fn acceleration_bound(&self) -> f32 {
+        of_checked!(self, trajectory => trajectory.acceleration_bound())
+    }
+
+    /// Time between two ticks (s).
+    #[must_use]
+    pub fn step_period(&self) -> f32 {
+        of_checked!(self, trajectory => trajectory.step_period())
+    }
+
+    /// The trajectory by value.
+    #[must_use]
+    pub fn build(&self) -> AnyTrajectory {
+        let mut trajectory = AnyTrajectory::WaypointPath(WaypointPath::unbuilt());
+        self.build_into(&mut trajectory);
+        trajectory
+    }
+
+    /// Writes the trajectory into `slot`, in place of what was there.
+    pub fn build_into(&self, slot: &mut AnyTrajectory) {
+        *slot = match self {
+            Self::Hover(trajectory) => AnyTrajectory::Hover(*trajectory),
+            Self::RisingCircle(trajectory) => AnyTrajectory::RisingCircle(*trajectory),
+            Self::Circle(trajectory) => AnyTrajectory::Circle(*trajectory),
+            Self::Lemniscate(trajectory) => AnyTrajectory::Lemniscate(*trajectory),
+            Self::WaypointPath(checked) => return checked.build_into_any(slot),
+        };
     }
 }
 
@@ -75,6 +147,26 @@ pub enum AnyTrajectory {
     Lemniscate(Lemniscate),
     /// Legs through waypoints.
     WaypointPath(WaypointPath),
+}
+
+impl AnyTrajectory {
+    /// Memory for a path, to be [built into](CheckedTrajectory::build_into).
+    #[must_use]
+    pub const fn unbuilt() -> Self {
+        Self::WaypointPath(WaypointPath::unbuilt())
+    }
+}
+
+impl CheckedPath<'_> {
+    /// As [`build_into`](Self::build_into); memory of another kind becomes that of a path.
+    pub fn build_into_any(&self, slot: &mut AnyTrajectory) {
+        if !matches!(slot, AnyTrajectory::WaypointPath(_)) {
+            *slot = AnyTrajectory::unbuilt();
+        }
+        if let AnyTrajectory::WaypointPath(path) = slot {
+            self.build_into(path);
+        }
+    }
 }
 
 /// Evaluates the expression for whichever kind it is.
@@ -148,6 +240,22 @@ mod tests {
         let chosen = TrajectoryConfig::Circle(config).build(2e-3).unwrap();
         let circle = Circle::new(&config, 2e-3).unwrap();
         assert_eq!(chosen.reference(777), circle.reference(777));
+    }
+
+    #[test]
+    fn memory_of_one_kind_takes_every_other() {
+        let hover = TrajectoryConfig::Hover(HoverConfig { position_world: Vec3::Z, yaw: 0.5 });
+        let legs = crate::list::List::from_slice(&[Leg::to(Vec3::X, 4.0)]).unwrap();
+        let path = WaypointPathConfig { start_world: Vec3::ZERO, yaw: 0.0, legs };
+        let path = TrajectoryConfig::WaypointPath(path);
+        let mut slot = AnyTrajectory::unbuilt();
+        for config in [&hover, &path, &path, &hover] {
+            let checked = config.check(1e-3).unwrap();
+            checked.build_into(&mut slot);
+            assert_eq!(slot, config.build(1e-3).unwrap());
+            assert_eq!(checked.acceleration_bound(), slot.acceleration_bound());
+            assert_eq!(checked.step_period(), 1e-3);
+        }
     }
 
     #[test]

@@ -22,12 +22,12 @@ mod lemniscate;
 mod rising_circle;
 mod waypoint_path;
 
-pub use any::{AnyTrajectory, TrajectoryConfig};
+pub use any::{AnyTrajectory, CheckedTrajectory, TrajectoryConfig};
 pub use circle::{Circle, CircleConfig, Heading};
 pub use hover::{Hover, HoverConfig};
 pub use lemniscate::{Lemniscate, LemniscateConfig};
 pub use rising_circle::{RisingCircle, RisingCircleConfig};
-pub use waypoint_path::{Leg, MAX_LEGS, WaypointPath, WaypointPathConfig};
+pub use waypoint_path::{CheckedPath, Leg, MAX_LEGS, WaypointPath, WaypointPathConfig};
 
 /// Largest coordinate or extent of a trajectory (m); f32 resolves it to 8 mm.
 pub const REACH: f32 = 1e5;

@@ -101,34 +101,98 @@ struct Segment {
     acceleration: [Vec3; 8],
 }
 
-impl WaypointPath {
-    /// Flies `config`, sampled every `step_period` (s).
+/// A path configuration that has passed every check, with what the checks found.
+///
+/// Nothing is built yet, so that a path can be judged, and then written into the memory that it is
+/// flown from, without a copy on the stack.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CheckedPath<'a> {
+    config: &'a WaypointPathConfig,
+    acceleration_bound: f32,
+    step_period: f32,
+}
+
+impl WaypointPathConfig {
+    /// Checks the path for flight, sampled every `step_period` (s).
     ///
     /// # Errors
     /// Names the field that is out of its range, a missing leg, a last leg that does not end at
     /// rest, or the acceleration bound that exceeds `g`.
-    pub fn new(config: &WaypointPathConfig, step_period: f32) -> Result<Self, ConfigError> {
+    pub fn check(&self, step_period: f32) -> Result<CheckedPath<'_>, ConfigError> {
         require_step_period(step_period)?;
-        require_position("waypoint_path.start_world", config.start_world)?;
-        require_yaw("waypoint_path.yaw", config.yaw)?;
+        require_position("waypoint_path.start_world", self.start_world)?;
+        require_yaw("waypoint_path.yaw", self.yaw)?;
         let count = Bound::Inside(1.0, MAX_LEGS as f32);
-        require("waypoint_path.legs (count)", config.legs.len() as f32, count, "capacity")?;
-        let mut from = Leg::to(config.start_world, 0.0);
-        let mut segments = List::new();
+        require("waypoint_path.legs (count)", self.legs.len() as f32, count, "capacity")?;
+        let mut from = Leg::to(self.start_world, 0.0);
         let mut acceleration_bound = 0.0f32;
-        for leg in &config.legs {
-            let segment = Segment::new(&from, leg, step_period)?;
+        for leg in &self.legs {
+            require_leg(leg, step_period)?;
+            let segment = Segment::new(&from, leg, step_period);
             acceleration_bound = acceleration_bound.max(segment.acceleration_bound());
-            // The capacity is that of the configuration: the push does not fail.
-            let _ = segments.push(segment);
             from = *leg;
         }
         require_rest("waypoint_path.legs.last.velocity_world", from.velocity_world)?;
         require_rest("waypoint_path.legs.last.acceleration_world", from.acceleration_world)?;
         require_flyable("waypoint_path.acceleration_bound", acceleration_bound)?;
-        let forward_world = horizontal(config.yaw);
-        let end = Reference::hover(from.position_world).facing(Jet::constant(forward_world));
-        Ok(Self { segments, forward_world, end, acceleration_bound, step_period })
+        Ok(CheckedPath { config: self, acceleration_bound, step_period })
+    }
+}
+
+impl CheckedPath<'_> {
+    /// Largest acceleration of any component along the path (m/s^2).
+    #[must_use]
+    pub const fn acceleration_bound(&self) -> f32 {
+        self.acceleration_bound
+    }
+
+    /// Time between two ticks (s).
+    #[must_use]
+    pub const fn step_period(&self) -> f32 {
+        self.step_period
+    }
+
+    /// The path by value.
+    #[must_use]
+    pub fn build(&self) -> WaypointPath {
+        let mut path = WaypointPath::unbuilt();
+        self.build_into(&mut path);
+        path
+    }
+
+    /// Writes the path into `path`, in place of what was there.
+    pub fn build_into(&self, path: &mut WaypointPath) {
+        let mut from = Leg::to(self.config.start_world, 0.0);
+        path.segments.truncate(0);
+        for leg in &self.config.legs {
+            // The capacity is that of the configuration: the push does not fail.
+            let _ = path.segments.push(Segment::new(&from, leg, self.step_period));
+            from = *leg;
+        }
+        path.forward_world = horizontal(self.config.yaw);
+        path.end = Reference::hover(from.position_world).facing(Jet::constant(path.forward_world));
+        (path.acceleration_bound, path.step_period) = (self.acceleration_bound, self.step_period);
+    }
+}
+
+impl WaypointPath {
+    /// The path of `config`, sampled every `step_period` (s).
+    ///
+    /// # Errors
+    /// Those of [`WaypointPathConfig::check`].
+    pub fn new(config: &WaypointPathConfig, step_period: f32) -> Result<Self, ConfigError> {
+        Ok(config.check(step_period)?.build())
+    }
+
+    /// A path without legs, to be [built](CheckedPath::build_into).
+    pub(super) const fn unbuilt() -> Self {
+        Self {
+            segments: List::empty(Segment::ZERO),
+            forward_world: Vec3::X,
+            end: Reference::hover(Vec3::ZERO),
+            acceleration_bound: 0.0,
+            step_period: 0.0,
+        }
     }
 }
 
@@ -156,16 +220,19 @@ impl Trajectory for WaypointPath {
 }
 
 impl Segment {
-    fn new(from: &Leg, to: &Leg, step_period: f32) -> Result<Self, ConfigError> {
-        let steps = Bound::Inside(10.0 * step_period, 16_777_216.0 * step_period);
-        require("waypoint_path.legs.duration", to.duration, steps, "10 to 2^24 steps")?;
-        require_position("waypoint_path.legs.position_world", to.position_world)?;
-        let (speed, pull) = (to.velocity_world.abs(), to.acceleration_world.abs());
-        let fastest = Bound::Inside(0.0, 1000.0);
-        require("waypoint_path.legs.velocity_world", largest(speed), fastest, "sanity")?;
-        require_flyable("waypoint_path.legs.acceleration_world", largest(pull))?;
+    /// No motion.
+    const ZERO: Self = Self {
+        ticks: 0,
+        duration: 0.0,
+        origin_world: Vec3::ZERO,
+        offset: [Vec3::ZERO; 10],
+        acceleration: [Vec3::ZERO; 8],
+    };
+
+    /// The polynomial from one waypoint to the next; the leg is within its ranges.
+    fn new(from: &Leg, to: &Leg, step_period: f32) -> Self {
         let ticks = (to.duration / step_period + 0.5) as u32;
-        Ok(Self::through(from, to, ticks, f64::from(ticks) * f64::from(step_period)))
+        Self::through(from, to, ticks, f64::from(ticks) * f64::from(step_period))
     }
 
     fn through(from: &Leg, to: &Leg, ticks: u32, duration: f64) -> Self {
@@ -223,6 +290,17 @@ impl Segment {
             .fold(Vec3::ZERO, Vec3::max);
         largest(sampled + curvature * (h * h / 8.0)) * 1.000_001
     }
+}
+
+/// Refuses a leg that is out of its ranges.
+fn require_leg(leg: &Leg, step_period: f32) -> Result<(), ConfigError> {
+    let steps = Bound::Inside(10.0 * step_period, 16_777_216.0 * step_period);
+    require("waypoint_path.legs.duration", leg.duration, steps, "10 to 2^24 steps")?;
+    require_position("waypoint_path.legs.position_world", leg.position_world)?;
+    let (speed, pull) = (leg.velocity_world.abs(), leg.acceleration_world.abs());
+    let fastest = Bound::Inside(0.0, 1000.0);
+    require("waypoint_path.legs.velocity_world", largest(speed), fastest, "sanity")?;
+    require_flyable("waypoint_path.legs.acceleration_world", largest(pull))
 }
 
 /// `b_i - p0` of the leg `from` one waypoint `to` the next in `t` (s).
@@ -399,6 +477,17 @@ mod tests {
         }
         let last = trajectory.reference(12_499).position_world;
         assert!((last - Vec3::new(6.0, -4.0, 5.0)).length() < 1e-5);
+    }
+
+    #[test]
+    fn a_path_built_in_place_of_another_is_the_path_built_anew() {
+        let (long, short) = (through(), path(&[Leg::to(Vec3::new(2.0, 1.0, 3.0), 4.0)]));
+        let mut slot = WaypointPath::new(&long, PERIOD).unwrap();
+        let checked = short.check(2e-3).unwrap();
+        checked.build_into(&mut slot);
+        assert_eq!(slot, WaypointPath::new(&short, 2e-3).unwrap());
+        assert_eq!(checked.acceleration_bound(), slot.acceleration_bound());
+        assert_eq!((slot.segments.len(), checked.step_period()), (1, 2e-3));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The only module that touches registers: one trait, one file a board.
+//! The only module that touches registers: one trait, one file per board.
 //!
 //! [`Active`] is the board that the features choose. What the boards share, because the chip is the
 //! same, is in [`peripherals`].
@@ -10,6 +10,7 @@ mod f405;
 #[cfg(not(feature = "emulator"))]
 mod parameter_flash;
 pub mod peripherals;
+pub mod transmitter;
 
 #[cfg(feature = "emulator")]
 pub use emulator::Emulator as Active;
@@ -29,17 +30,17 @@ use stm32f4xx_hal::serial::{Rx, Tx};
 pub use crate::vehicle::ROTORS;
 
 #[cfg(all(feature = "board", feature = "emulator"))]
-compile_error!("choose one outfit: the feature `board` or the feature `emulator`");
+compile_error!("choose one build variant: the feature `board` or the feature `emulator`");
 
 /// The timer and the pins of the rotor outputs, in rotor order.
 pub struct RotorPins(pub PA6, pub PA7, pub PB0, pub PB1);
 
-/// What differs from board to board.
+/// Properties of one board.
 pub trait Board: Sized {
     /// One rotor output.
     type Rotor: SetDutyCycle + Send;
 
-    /// Where parameters are kept: two sectors to erase.
+    /// Memory for parameters: two sectors to erase.
     type Storage: NorFlash + Send;
 
     /// Frequency that SysTick counts (Hz).
@@ -48,16 +49,16 @@ pub trait Board: Sized {
     /// Frequency that the stopwatch timer TIM2 counts before its prescaler (Hz).
     const STOPWATCH_CLOCK: u32;
 
-    /// What the board is called on the link, at most 24 bytes.
+    /// Name of the board on the link, at most 24 bytes.
     const NAME: &'static str;
 
-    /// Fewest ticks from one telemetry to the next that the link has room for.
+    /// Fewest ticks from one telemetry to the next that the link can carry.
     const TELEMETRY_PERIOD_MIN: u16;
 
     /// Starts the counter of [`cost`](Self::cost).
     fn start_cost_counter(dwt: &mut DWT, dcb: &mut DCB, timer: TIM5, rcc: &mut Rcc);
 
-    /// What the processor has spent so far: cycles, or instructions in the emulator; wraps.
+    /// Processor time spent so far: cycles, or instructions in the emulator; wraps.
     fn cost() -> u32;
 
     /// Clock tree to set up.
@@ -69,11 +70,11 @@ pub trait Board: Sized {
     /// Takes the memory for parameters.
     fn storage(flash: FLASH) -> Self::Storage;
 
-    /// Ends every pulse now, from any context, whoever owns the outputs: the last thing that a
-    /// failing program does before it resets.
+    /// Ends every pulse now, from any context, whichever task owns the outputs: the last action of a
+    /// failing program before it resets.
     fn outputs_off();
 
-    /// Tells a person of the fault before this boot, beyond log and telemetry.
+    /// Reports the fault before this boot to a person, beyond log and telemetry.
     fn report(_report: &FaultReport) {}
 
     /// Hands over all bytes that have come from the link.
@@ -89,11 +90,11 @@ pub trait Board: Sized {
         transmit(transmitter, frame);
     }
 
-    /// Called when the telemetry group has sent all: where the emulator waits for its host.
+    /// Hook after the telemetry group has sent all, in which the emulator waits for its host.
     #[inline(always)]
     fn exchange() {}
 
-    /// Lock step ends when its host has been silent for so long (s).
+    /// Time without a step after which lock step ends (s).
     fn lock_step_timeout() -> u32 {
         20
     }
@@ -104,7 +105,7 @@ pub trait Board: Sized {
         cortex_m::asm::wfi();
     }
 
-    /// Called at every control tick: where the emulator ends a run or provokes a fault.
+    /// Hook at every control tick, in which the emulator ends a run or provokes a fault.
     #[inline(always)]
     fn exercise(_tick: u32) {}
 }

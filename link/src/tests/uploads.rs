@@ -17,7 +17,7 @@ fn a_complete_path_flies() {
     upload.leg(0, leg(1.0)).unwrap();
     assert_eq!(upload.finish(1e-3), Err(UploadError::Incomplete));
     upload.leg(1, leg(2.0)).unwrap();
-    let path = upload.finish(1e-3).unwrap();
+    let path = upload.finish(1e-3).unwrap().build();
     assert_eq!(path.reference(0).position_world, Vec3::Z);
     assert_eq!(path.reference(100_000).position_world, Vec3::new(2.0, 0.0, 1.0));
 }
@@ -32,7 +32,7 @@ fn legs_come_in_order_and_may_be_repeated() {
     upload.leg(0, leg(1.0)).unwrap();
     upload.leg(1, leg(2.0)).unwrap();
     assert_eq!(upload.leg(2, leg(3.0)), Err(UploadError::Order { expected: 2 }), "announced two");
-    let middle = upload.finish(1e-3).unwrap().reference(3000).position_world;
+    let middle = upload.finish(1e-3).unwrap().build().reference(3000).position_world;
     assert!((middle - Vec3::new(1.0, 0.0, 1.0)).length() < 1e-5, "the repeated leg counts");
 }
 
@@ -83,7 +83,7 @@ proptest! {
                 let position = if kind < 200 { leg(f32::from(index)).position_world } else { Vec3::new(x, y, z) };
                 let _ = upload.leg(index, Leg { duration: w.abs().clamp(2.0, 9.0), ..Leg::to(position, 1.0) });
             }
-            if let Ok(path) = upload.finish(1e-3) {
+            if let Ok(path) = upload.finish(1e-3).map(|checked| checked.build()) {
                 prop_assert!(path.acceleration_bound().is_finite());
                 for tick in [0, 777, 5000, u64::MAX] {
                     prop_assert!(path.reference(tick).position_world.is_finite());

@@ -1,4 +1,4 @@
-//! What the vehicle did in a tick against what the same law does on the host, bit for bit.
+//! Comparison of a tick on the vehicle with the same law on the host, bit for bit.
 
 use std::fmt;
 
@@ -39,10 +39,10 @@ const FIELDS: [&str; 29] = [
     "auxiliary_rate_z",
 ];
 
-/// Everything that a law's step leaves behind.
+/// Output and state of a law after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// What it returns.
+    /// Its return value.
     pub output: StepOutput,
     /// Its estimates after the step.
     pub estimates: Estimates,
@@ -93,7 +93,7 @@ impl Step {
 pub struct Difference {
     /// Control ticks since the start.
     pub tick: u64,
-    /// Which number.
+    /// Name of the number.
     pub field: &'static str,
     /// On the vehicle.
     pub vehicle: f32,

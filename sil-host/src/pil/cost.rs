@@ -1,13 +1,13 @@
-//! What the control ticks of a flight cost on the vehicle.
+//! Cost of the control ticks of a flight on the vehicle.
 
 use std::fmt;
 
 use ctrl_core::vehicle::VehicleState;
 
-/// What the cost of a tick is counted in.
+/// Unit of the cost of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CostUnit {
-    /// Instructions: so many counts of the image's counter are one.
+    /// Instructions; one is this many counts of the image's counter.
     Instructions {
         /// Counts in an instruction.
         counts: u32,
@@ -23,7 +23,7 @@ impl CostUnit {
         if board.starts_with("emulated") { self } else { Self::Cycles }
     }
 
-    /// The cost that a count of the image means.
+    /// The cost for a count of the image.
     #[must_use]
     pub fn cost(self, count: u32) -> u32 {
         match self {

@@ -9,16 +9,16 @@ use super::cost::CostUnit;
 
 /// Name of the emulator's program.
 pub const QEMU: &str = "qemu-system-arm";
-/// Where [`BUILD_IMAGE`] leaves the image, from the root of the repository.
+/// Path at which [`BUILD_IMAGE`] leaves the image, from the root of the repository.
 pub const IMAGE: &str = "target/thumbv7em-none-eabihf/release/firmware";
 /// Builds the image.
 pub const BUILD_IMAGE: &str =
     "cargo build --release -p firmware --target thumbv7em-none-eabihf --features emulator";
 
-/// Unless another is asked for.
+/// Default of [`Emulator::shift`].
 pub const SHIFT: u8 = 3;
 
-/// Which emulator runs which image.
+/// An emulator and the image that it runs.
 #[derive(Clone, Debug)]
 pub struct Emulator {
     /// The emulator: a path, or a name that is looked up in `PATH`.
@@ -29,11 +29,11 @@ pub struct Emulator {
     pub shift: u8,
 }
 
-/// 8 ns an instruction, near the real processor: what the firmware counts its cost in.
+/// 8 ns per instruction, near the real processor: the firmware's unit of cost.
 pub const NATURAL_SHIFT: u8 = 3;
 
 impl Emulator {
-    /// What the image counts the cost of a tick in: 8 ns of virtual time.
+    /// Unit of the image's cost of a tick: 8 ns of virtual time.
     #[must_use]
     pub fn cost_unit(&self) -> CostUnit {
         CostUnit::Instructions { counts: 1 << self.shift.saturating_sub(NATURAL_SHIFT) }

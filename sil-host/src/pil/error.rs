@@ -1,4 +1,4 @@
-//! Why a flight with the vehicle in the loop could not be completed.
+//! Failure of a flight with the vehicle in the loop.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -16,21 +16,21 @@ use sim::scenario::ScenarioError;
 pub enum PilError {
     /// A scenario cannot be read or flown, or results cannot be written.
     Run(RunError),
-    /// The emulator cannot be started: its program, and why.
+    /// The emulator cannot be started: its program, and the reason.
     Emulator(PathBuf, String),
     /// There is no image at the path.
     ImageMissing(PathBuf),
-    /// What carries the link failed: FIFOs or a serial port.
+    /// FIFOs or serial port of the link failed: its path, and the reason.
     Line(PathBuf, String),
-    /// A recording cannot be read: where, and why.
+    /// A recording cannot be read: its path, and the reason.
     Recording(PathBuf, String),
-    /// The emulator has ended: how.
+    /// The emulator has ended: its exit status.
     Ended(String),
-    /// The vehicle said nothing for so long.
+    /// The vehicle was silent for this time.
     Silent(Duration),
-    /// The vehicle answered a message otherwise than it must: what was asked, and what came.
+    /// The vehicle's answer is not one that the message allows: the request, and the answer.
     Answer(String, String),
-    /// The vehicle refused what was asked.
+    /// The vehicle refused a request.
     Refused(String, Rejection),
     /// The image's control period is another than the scenario's (s).
     StepPeriod {
@@ -45,7 +45,7 @@ pub enum PilError {
         tick: u64,
         /// Its mode.
         mode: Mode,
-        /// Why it left flight.
+        /// Cause of the end of flight.
         cause: Option<Cause>,
     },
 }
@@ -66,7 +66,10 @@ impl fmt::Display for PilError {
                 write!(out, "{}: {error}", path.display())
             }
             Self::Ended(status) => write!(out, "the emulator has ended: {status}"),
-            Self::Silent(time) => write!(out, "the vehicle said nothing for {time:?}"),
+            Self::Silent(time) => write!(
+                out,
+                "the vehicle sent nothing for {time:?}; check cable, port and baud rate, or the emulator's image"
+            ),
             Self::Answer(asked, came) => write!(out, "{asked}: the vehicle answered {came}"),
             Self::Refused(asked, Rejection::Mode(Refusal::Tilted)) => {
                 write!(

@@ -13,7 +13,7 @@ pub const DELAY: u64 = 8;
 /// Most bytes of a burst of garbage.
 pub const GARBAGE_MAX: u64 = 300;
 
-/// What may happen to a frame.
+/// Fault of a frame on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// It does not arrive.
@@ -129,7 +129,7 @@ impl LinkFaults {
         self.injected
     }
 
-    /// What arrives in a tick in which `frames` are sent.
+    /// Bytes that arrive in a tick in which `frames` are sent.
     pub fn pass(&mut self, frames: Vec<Vec<u8>>) -> Vec<u8> {
         let mut line = Vec::new();
         for frame in frames {

@@ -13,7 +13,7 @@ use super::emulator::Emulator;
 use super::fault::{Fault, FaultDirection, LinkFaults};
 use super::on_vehicle::{InFlight, OnVehicle};
 use super::recording::{Direction, Recording};
-use super::session::Session;
+use super::session::VehicleSession;
 use super::set_up::set_up;
 use crate::report::FlightReport;
 use crate::run::{self, FlightOptions, RunError};
@@ -21,14 +21,14 @@ use crate::run::{self, FlightOptions, RunError};
 /// Calls of the progress callback per flight.
 const UPDATES: u64 = 100;
 
-/// What a flight on the vehicle showed besides its guarantees.
+/// Measurements of a flight on the vehicle, besides its guarantees.
 #[derive(Clone, Copy, Debug)]
 pub struct OnBoard {
     /// Control ticks flown.
     pub ticks: u64,
-    /// Where the vehicle first differed from SIL.
+    /// First difference of the vehicle from SIL.
     pub difference: Option<Difference>,
-    /// What the control ticks cost.
+    /// Cost of the control ticks.
     pub cost: StepCost,
     /// In which unit.
     pub cost_unit: CostUnit,
@@ -76,8 +76,8 @@ pub fn fly_recorded(
     let blank = || Recording::new(&loaded.scenario().name, loaded.text());
     let recording = options.record.is_some().then(blank);
     let mut session = match &options.port {
-        Some((port, baud)) => Session::attach(port, *baud, emulator.cost_unit(), recording)?,
-        None => Session::boot_recorded(emulator, &[], recording)?.0,
+        Some((port, baud)) => VehicleSession::attach(port, *baud, emulator.cost_unit(), recording)?,
+        None => VehicleSession::boot_recorded(emulator, &[], recording)?.0,
     };
     if options.lock_step || options.port.is_some() {
         session.enter_lock_step()?;
@@ -101,7 +101,7 @@ pub fn fly_recorded(
 }
 
 /// Damages frames as the options say.
-fn inject(session: &mut Session, seed: u64, faults: &FaultOptions) {
+fn inject(session: &mut VehicleSession, seed: u64, faults: &FaultOptions) {
     if faults.kinds.is_empty() {
         return;
     }
@@ -119,7 +119,7 @@ fn inject(session: &mut Session, seed: u64, faults: &FaultOptions) {
 /// When the vehicle leaves flight or goes silent.
 pub fn fly<O: Observer>(
     loaded: &LoadedScenario,
-    session: &mut Session,
+    session: &mut VehicleSession,
     observer: &mut O,
     progress: &dyn Fn(u64),
 ) -> Result<OnBoard, PilError> {

@@ -1,4 +1,4 @@
-//! What carries the link's bytes: the FIFOs of an emulator, or a serial port.
+//! Carrier of the link's bytes: the FIFOs of an emulator, or a serial port.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -10,9 +10,9 @@ use serial2::SerialPort;
 use super::PilError;
 use super::lockstep::{Lockstep, PATIENCE};
 
-/// What a vehicle by the clock may say at any time is waited for so long.
+/// Time to wait for messages that a vehicle by its timer may send at any moment.
 const LISTEN: Duration = Duration::from_millis(20);
-/// A step over a wire that is not answered for so long is asked for again.
+/// Time without an answer after which a step over a wire is requested again.
 const RETRY: Duration = Duration::from_millis(500);
 
 /// See the module's documentation.
@@ -50,7 +50,7 @@ impl Wire {
         PilError::Line(self.path.clone(), error.to_string())
     }
 
-    /// What has come, at most after [`LISTEN`].
+    /// Bytes that have arrived, at most after [`LISTEN`].
     fn receive(&self) -> Result<Vec<u8>, PilError> {
         let mut buffer = [0; 4096];
         match self.port.read(&mut buffer) {
@@ -73,7 +73,7 @@ impl Line {
         }
     }
 
-    /// What a vehicle by the clock has sent: of FIFOs a packet, of a wire what comes in 20 ms.
+    /// Bytes of a vehicle by its timer: a packet of FIFOs, or those of 20 ms over a wire.
     ///
     /// # Errors
     /// When the line fails, and when an emulator is silent.
@@ -90,8 +90,8 @@ impl Line {
         }
     }
 
-    /// What a vehicle in lock step has sent, until `complete` says so of all of it; what `again` gives is
-    /// sent if a wire says nothing for long. What an emulator sends is complete.
+    /// Bytes of a vehicle in lock step, until `complete` returns `true` for all of them; the bytes of
+    /// `again` are sent after each [`RETRY`] of silence of a wire. A packet of an emulator is complete.
     ///
     /// # Errors
     /// As [`listen`](Self::listen), and when a wire is silent all the same.

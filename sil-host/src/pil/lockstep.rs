@@ -62,7 +62,7 @@ impl Lockstep {
         self.to_vehicle.write_all(&packet).map_err(|error| self.failed(&error))
     }
 
-    /// What the vehicle has sent until it waits.
+    /// Bytes that the vehicle has sent until it waits.
     ///
     /// # Errors
     /// When nothing comes for `patience`, or the emulator has ended.
@@ -131,7 +131,7 @@ fn fifo(path: &Path) -> Result<File, String> {
     OpenOptions::new().read(true).write(true).open(path).map_err(|error| error.to_string())
 }
 
-/// Waits until a file has something to read, or for `patience`: false then.
+/// Waits until a file has something to read, or for `patience`, and returns `false` then.
 fn readable(file: &File, patience: Duration) -> rustix::io::Result<bool> {
     let patience =
         Timespec { tv_sec: patience.as_secs() as i64, tv_nsec: patience.subsec_nanos().into() };

@@ -2,8 +2,8 @@
 //!
 //! The image runs in an [`emulator`] or on a board; a [`mod@line`] carries the link's bytes, the FIFOs of
 //! [`lockstep`] or a serial port, and [`session`] its messages; [`set_up`] gives the vehicle a scenario,
-//! and [`on_vehicle`] stands in SIL's closed loop for the controller. [`comparison`] holds every tick
-//! against the law on the host. A [`recording`] keeps both byte streams of a flight, to [`replay`] them.
+//! and [`on_vehicle`] takes the controller's place in SIL's closed loop. [`comparison`] compares every tick
+//! with the law on the host. A [`recording`] keeps both byte streams of a flight, to [`replay`] them.
 
 pub mod comparison;
 pub mod cost;

@@ -14,47 +14,47 @@ use link::{Downlink, Telemetry, Uplink};
 use super::PilError;
 use super::comparison::{Difference, Step, first_difference};
 use super::cost::StepCost;
-use super::session::{Session, one_telemetry};
+use super::session::{VehicleSession, one_telemetry};
 
-/// A vehicle that is not heard for so many ticks in a row is lost.
-const UNHEARD_MAX: u64 = 100;
+/// A vehicle that is not received for so many ticks in a row is lost.
+const UNRECEIVED_MAX: u64 = 100;
 
 /// The vehicle's side of a flight, as the host sees it.
 #[derive(Debug)]
 pub struct InFlight<'a> {
-    session: &'a mut Session,
+    session: &'a mut VehicleSession,
     /// Ticks in a row of which no telemetry has arrived.
-    unheard: u64,
+    unreceived: u64,
     /// Control ticks flown.
     pub ticks: u64,
-    /// Why the flight ended early; from then on the law on the host flies.
+    /// Reason for an early end of the flight; from then on the law on the host flies.
     pub failure: Option<PilError>,
-    /// Where the vehicle first differed from the law on the host.
+    /// First difference of the vehicle from the law on the host.
     pub difference: Option<Difference>,
-    /// What the control ticks cost (instructions).
+    /// Cost of the control ticks (instructions).
     pub cost: StepCost,
 }
 
 impl<'a> InFlight<'a> {
     /// About to start; the vehicle is armed, with the scenario's controller and trajectory.
-    pub fn new(session: &'a mut Session) -> Self {
+    pub fn new(session: &'a mut VehicleSession) -> Self {
         let cost = StepCost::default();
-        Self { session, unheard: 0, ticks: 0, failure: None, difference: None, cost }
+        Self { session, unreceived: 0, ticks: 0, failure: None, difference: None, cost }
     }
 
     /// One control tick with the sample `vehicle`; the first one starts the flight. Nothing if its
     /// telemetry was lost on a line that damages frames.
     fn step(&mut self, vehicle: &VehicleState) -> Result<Option<Telemetry>, PilError> {
         let sample = Uplink::State { tick: self.ticks, state: *vehicle };
-        let heard = if self.ticks == 0 {
-            self.session.say(&[sample, Uplink::Command(Command::Start)])?
+        let received = if self.ticks == 0 {
+            self.session.send(&[sample, Uplink::Command(Command::Start)])?
         } else {
-            self.session.say(&[sample])?
+            self.session.send(&[sample])?
         };
-        let telemetry = if self.session.hears_badly() {
-            self.of_this_tick(&heard)?
+        let telemetry = if self.session.is_lossy() {
+            self.of_this_tick(&received)?
         } else {
-            Some(one_telemetry(&heard)?)
+            Some(one_telemetry(&received)?)
         };
         if let Some(Telemetry { tick, mode, cause, step_cost, .. }) = telemetry {
             if mode != Mode::Flying || tick != self.ticks + 1 {
@@ -67,16 +67,16 @@ impl<'a> InFlight<'a> {
         Ok(telemetry)
     }
 
-    /// The telemetry of this tick among what was heard; what is older says nothing new.
-    fn of_this_tick(&mut self, heard: &[Downlink]) -> Result<Option<Telemetry>, PilError> {
-        let telemetry = heard.iter().find_map(|message| match message {
+    /// The telemetry of this tick among the received messages; older telemetry is ignored.
+    fn of_this_tick(&mut self, received: &[Downlink]) -> Result<Option<Telemetry>, PilError> {
+        let telemetry = received.iter().find_map(|message| match message {
             Downlink::Telemetry(telemetry) if telemetry.tick > self.ticks => Some(*telemetry),
             Downlink::Telemetry(telemetry) if telemetry.mode != Mode::Flying => Some(*telemetry),
             _ => None,
         });
-        self.unheard = if telemetry.is_some() { 0 } else { self.unheard + 1 };
-        if self.unheard > UNHEARD_MAX {
-            let asked = format!("telemetry for {UNHEARD_MAX} ticks");
+        self.unreceived = if telemetry.is_some() { 0 } else { self.unreceived + 1 };
+        if self.unreceived > UNRECEIVED_MAX {
+            let asked = format!("telemetry for {UNRECEIVED_MAX} ticks");
             return Err(PilError::Answer(asked, "nothing that arrived".to_owned()));
         }
         Ok(telemetry)
@@ -92,11 +92,11 @@ pub struct OnVehicle<'a, 's, C> {
     pub flight: &'a RefCell<InFlight<'s>>,
 }
 
-/// Memory of the law on the host, and what the vehicle last said of its own.
+/// State of the law on the host, and the vehicle's latest step.
 #[derive(Clone, Debug)]
 pub struct Memory<S> {
     law: S,
-    heard: Option<Step>,
+    received: Option<Step>,
 }
 
 impl<C: AdaptiveController> OnVehicle<'_, '_, C> {
@@ -114,7 +114,7 @@ impl<C: AdaptiveController> TrackingController for OnVehicle<'_, '_, C> {
     type State = Memory<C::State>;
 
     fn initial_state(&self) -> Self::State {
-        Memory { law: self.law.initial_state(), heard: None }
+        Memory { law: self.law.initial_state(), received: None }
     }
 
     fn step(
@@ -147,15 +147,15 @@ impl<C: AdaptiveController> AdaptiveController for OnVehicle<'_, '_, C> {
         }
         let tick = flight.ticks;
         match flight.step(vehicle) {
-            // The rotors hold what was heard last.
-            Ok(None) => state.heard.map_or(output, |heard| heard.output),
+            // The rotors hold what was received last.
+            Ok(None) => state.received.map_or(output, |received| received.output),
             Ok(Some(telemetry)) => {
-                let heard = Step::from(&telemetry);
+                let received = Step::from(&telemetry);
                 if flight.difference.is_none() {
-                    flight.difference = first_difference(tick, &heard, &expected);
+                    flight.difference = first_difference(tick, &received, &expected);
                 }
-                state.heard = Some(heard);
-                heard.output
+                state.received = Some(received);
+                received.output
             }
             Err(failure) => {
                 flight.failure = Some(failure);
@@ -173,16 +173,16 @@ impl<C: AdaptiveController> AdaptiveController for OnVehicle<'_, '_, C> {
     }
 
     fn estimates(&self, state: &Self::State) -> Estimates {
-        state.heard.map_or_else(|| self.law.estimates(&state.law), |heard| heard.estimates)
+        state.received.map_or_else(|| self.law.estimates(&state.law), |received| received.estimates)
     }
 
     fn attitude_error(&self, state: &Self::State) -> Quat {
         state
-            .heard
-            .map_or_else(|| self.law.attitude_error(&state.law), |heard| heard.attitude_error)
+            .received
+            .map_or_else(|| self.law.attitude_error(&state.law), |received| received.attitude_error)
     }
 
     fn auxiliary(&self, state: &Self::State) -> Auxiliary {
-        state.heard.map_or_else(|| self.law.auxiliary(&state.law), |heard| heard.auxiliary)
+        state.received.map_or_else(|| self.law.auxiliary(&state.law), |received| received.auxiliary)
     }
 }

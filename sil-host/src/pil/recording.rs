@@ -12,7 +12,7 @@ use std::path::Path;
 /// First line of a recording.
 const HEADING: &str = "gyrfalcon-recording 1";
 
-/// Which way a packet goes.
+/// Direction of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// From the host.

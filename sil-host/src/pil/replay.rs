@@ -1,4 +1,4 @@
-//! A [`Recording`] fed back: to the image, which must say the same again, and to the law on the host.
+//! A [`Recording`] fed back: to the image, whose answers must be the same, and to the law on the host.
 
 use ctrl_core::controller::AdaptiveController;
 use ctrl_core::mode::Mode;
@@ -13,12 +13,12 @@ use super::lockstep::{Lockstep, PATIENCE};
 use super::recording::{Direction, Recording};
 use sim::scenario::{LoadedScenario, Scenario};
 
-/// How a replay went.
+/// Result of a replay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Replayed {
     /// Control ticks of flight that the law on the host flew again.
     pub host_ticks: u64,
-    /// Where the recorded vehicle first differs from the law on the host.
+    /// First difference of the recorded vehicle from the law on the host.
     pub host_difference: Option<Difference>,
     /// Packets that the image answered again.
     pub packets: usize,
@@ -27,7 +27,7 @@ pub struct Replayed {
 }
 
 impl Replayed {
-    /// Whether host and image did what was recorded.
+    /// `true` if host and image repeated the recording.
     #[must_use]
     pub fn same(&self) -> bool {
         self.host_difference.is_none() && self.image_difference.is_none()
@@ -120,14 +120,14 @@ fn on_image(
     emulator: &Emulator,
 ) -> Result<(usize, Option<usize>), PilError> {
     let mut line = Lockstep::start(emulator, &[])?;
-    let (mut recorded, mut heard) = (Decoder::default(), Decoder::default());
+    let (mut recorded, mut received) = (Decoder::default(), Decoder::default());
     let mut answered = 0;
     for (direction, bytes) in &recording.packets {
         match direction {
             Direction::ToVehicle => line.send(bytes)?,
             Direction::FromVehicle => {
                 let packet = line.receive(PATIENCE)?;
-                if said(&mut recorded, bytes) != said(&mut heard, &packet) {
+                if comparable(&mut recorded, bytes) != comparable(&mut received, &packet) {
                     return Ok((answered, Some(answered)));
                 }
                 answered += 1;
@@ -137,8 +137,8 @@ fn on_image(
     Ok((answered, None))
 }
 
-/// What a packet says, as bytes, without what depends on the time that code takes, or on its version.
-fn said(decoder: &mut Decoder<Downlink>, packet: &[u8]) -> Vec<u8> {
+/// The messages of a packet as bytes, without the parts that depend on execution time or version.
+fn comparable(decoder: &mut Decoder<Downlink>, packet: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     for message in messages(decoder, packet) {
         let message = match message {

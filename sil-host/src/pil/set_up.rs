@@ -6,7 +6,7 @@ use ctrl_core::vehicle::VehicleState;
 use link::{ControllerKind, Parameters, TrajectorySelection, Uplink};
 
 use super::PilError;
-use super::session::Session;
+use super::session::VehicleSession;
 use ctrl_core::controller::ControllerConfig;
 use sim::scenario::Scenario;
 
@@ -17,11 +17,11 @@ const FRESH_TICKS: usize = 60;
 ///
 /// # Errors
 /// When the vehicle refuses, or steps at another rate.
-pub fn set_up(session: &mut Session, scenario: &Scenario) -> Result<VehicleState, PilError> {
+pub fn set_up(session: &mut VehicleSession, scenario: &Scenario) -> Result<VehicleState, PilError> {
     let state = greet(session, scenario)?;
     // A stream suits every controller, so that no trajectory stands against the gains meanwhile.
     let stream = Uplink::SelectTrajectory(TrajectorySelection::Stream);
-    session.demand("to follow a stream", stream, state)?;
+    session.expect_ok("to follow a stream", stream, state)?;
     select_controller(session, &scenario.controller, state)?;
     arm(session, scenario, state)
 }
@@ -30,13 +30,13 @@ pub fn set_up(session: &mut Session, scenario: &Scenario) -> Result<VehicleState
 ///
 /// # Errors
 /// As [`set_up`].
-pub fn ready(session: &mut Session, scenario: &Scenario) -> Result<VehicleState, PilError> {
+pub fn ready(session: &mut VehicleSession, scenario: &Scenario) -> Result<VehicleState, PilError> {
     let state = greet(session, scenario)?;
     arm(session, scenario, state)
 }
 
 /// Begins the conversation; the scenario's initial state.
-fn greet(session: &mut Session, scenario: &Scenario) -> Result<VehicleState, PilError> {
+fn greet(session: &mut VehicleSession, scenario: &Scenario) -> Result<VehicleState, PilError> {
     let state = scenario.initial.state().measured();
     let identity = session.subscribe(state)?;
     let (image, wanted) = (identity.step_period, scenario.controller.step_period());
@@ -47,7 +47,7 @@ fn greet(session: &mut Session, scenario: &Scenario) -> Result<VehicleState, Pil
 }
 
 fn arm(
-    session: &mut Session,
+    session: &mut VehicleSession,
     scenario: &Scenario,
     state: VehicleState,
 ) -> Result<VehicleState, PilError> {
@@ -56,17 +56,17 @@ fn arm(
     for _ in 0..FRESH_TICKS {
         session.tick(std::slice::from_ref(&sample))?;
     }
-    session.demand("to arm", Uplink::Command(Command::Arm), state)?;
+    session.expect_ok("to arm", Uplink::Command(Command::Arm), state)?;
     Ok(state)
 }
 
 fn select_controller(
-    session: &mut Session,
+    session: &mut VehicleSession,
     controller: &ControllerConfig,
     state: VehicleState,
 ) -> Result<(), PilError> {
     let kind = ControllerKind::from(controller);
-    session.demand("the controller", Uplink::SelectController(kind), state)?;
+    session.expect_ok("the controller", Uplink::SelectController(kind), state)?;
     match controller {
         ControllerConfig::RobustAdaptive(config) => write_all(session, config, state),
         ControllerConfig::Saturated(config) => write_all(session, config, state),
@@ -76,7 +76,7 @@ fn select_controller(
 /// Writes every parameter. Each write must leave a valid configuration, so what is refused is tried
 /// again after the others, as long as that helps.
 fn write_all<C: Parameters>(
-    session: &mut Session,
+    session: &mut VehicleSession,
     config: &C,
     state: VehicleState,
 ) -> Result<(), PilError> {
@@ -105,7 +105,7 @@ fn write_all<C: Parameters>(
 }
 
 fn select_trajectory(
-    session: &mut Session,
+    session: &mut VehicleSession,
     trajectory: &TrajectoryConfig,
     state: VehicleState,
 ) -> Result<(), PilError> {
@@ -119,20 +119,20 @@ fn select_trajectory(
             TrajectorySelection::UploadedPath
         }
     };
-    session.demand("the trajectory", Uplink::SelectTrajectory(selection), state)
+    session.expect_ok("the trajectory", Uplink::SelectTrajectory(selection), state)
 }
 
 fn upload(
-    session: &mut Session,
+    session: &mut VehicleSession,
     path: &WaypointPathConfig,
     state: VehicleState,
 ) -> Result<(), PilError> {
     let WaypointPathConfig { start_world, yaw, legs } = path;
     let begin = Uplink::PathBegin { start_world: *start_world, yaw: *yaw, legs: legs.len() as u8 };
-    session.demand("a path", begin, state)?;
+    session.expect_ok("a path", begin, state)?;
     for (index, leg) in legs.iter().enumerate() {
         let leg = Uplink::PathLeg { index: index as u8, leg: *leg };
-        session.demand("a leg of a path", leg, state)?;
+        session.expect_ok("a leg of a path", leg, state)?;
     }
     Ok(())
 }

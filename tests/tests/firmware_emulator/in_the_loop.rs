@@ -5,7 +5,7 @@ use std::path::Path;
 use sil_host::pil::flight::{OnBoard, fly};
 use sil_host::pil::recording::{Direction, Recording};
 use sil_host::pil::replay::replay;
-use sil_host::pil::session::Session;
+use sil_host::pil::session::VehicleSession;
 use sil_host::pil::set_up::set_up;
 use sim::observer::Observer;
 use sim::scenario::LoadedScenario;
@@ -16,21 +16,21 @@ use crate::emulator::emulator;
 
 /// Keeps what a flight looked like, in full precision.
 #[derive(Default)]
-struct Kept(Vec<String>);
+struct TickLog(Vec<String>);
 
-impl Observer for Kept {
+impl Observer for TickLog {
     fn observe(&mut self, tick: &Tick) {
         self.0.push(format!("{tick:?}"));
     }
 }
 
 /// Flies the first seconds of a scenario on the vehicle; all that was seen.
-fn flown(name: &str, changes: &[&str]) -> (OnBoard, Kept, LoadedScenario) {
+fn flown(name: &str, changes: &[&str]) -> (OnBoard, TickLog, LoadedScenario) {
     let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
     let loaded = LoadedScenario::open(name, &changes).unwrap();
-    let (mut session, _) = Session::boot(&emulator("firmware"), &[]).unwrap();
+    let (mut session, _) = VehicleSession::boot(&emulator("firmware"), &[]).unwrap();
     set_up(&mut session, loaded.scenario()).unwrap();
-    let mut kept = Kept::default();
+    let mut kept = TickLog::default();
     let on_board = fly(&loaded, &mut session, &mut kept, &|_| ()).unwrap();
     (on_board, kept, loaded)
 }
@@ -40,7 +40,7 @@ fn assert_flies_as_in_sil(name: &str, changes: &[&str]) {
     assert_eq!(on_board.difference, None, "{name}");
     let ticks = loaded.scenario().ticks();
     assert_eq!(on_board.ticks, ticks);
-    let mut sil = Kept::default();
+    let mut sil = TickLog::default();
     loaded.flight().unwrap().observe(ticks, &mut sil);
     for (vehicle, sil) in vehicle.0.iter().zip(&sil.0) {
         assert_eq!(vehicle, sil, "{name}");
@@ -69,9 +69,9 @@ fn a_difference_names_the_first_tick_and_number() {
     let other = "controller.saturated.k4=3".to_owned();
     let set = [changes[0].clone(), other];
     let tuned = LoadedScenario::open("paper-saturated", &set).unwrap();
-    let (mut session, _) = Session::boot(&emulator("firmware"), &[]).unwrap();
+    let (mut session, _) = VehicleSession::boot(&emulator("firmware"), &[]).unwrap();
     set_up(&mut session, tuned.scenario()).unwrap();
-    let on_board = fly(&loaded, &mut session, &mut Kept::default(), &|_| ()).unwrap();
+    let on_board = fly(&loaded, &mut session, &mut TickLog::default(), &|_| ()).unwrap();
     let difference = on_board.difference.expect("another gain");
     assert!(difference.tick < 10, "{difference}");
     assert_ne!(difference.vehicle, difference.host);
@@ -108,9 +108,9 @@ fn a_recorded_flight_is_flown_again_by_host_and_image() {
     let loaded = LoadedScenario::open("paper-robust-adaptive", &changes).unwrap();
     let blank = Recording::new("paper-robust-adaptive", loaded.text());
     let emulator = emulator("firmware");
-    let (mut session, _) = Session::boot_recorded(&emulator, &[], Some(blank)).unwrap();
+    let (mut session, _) = VehicleSession::boot_recorded(&emulator, &[], Some(blank)).unwrap();
     set_up(&mut session, loaded.scenario()).unwrap();
-    fly(&loaded, &mut session, &mut Kept::default(), &|_| ()).unwrap();
+    fly(&loaded, &mut session, &mut TickLog::default(), &|_| ()).unwrap();
     let mut recording = session.take_recording().unwrap();
     let replayed = replay(&recording, &emulator).unwrap();
     assert!(replayed.same() && replayed.packets > 500, "{replayed:?}");

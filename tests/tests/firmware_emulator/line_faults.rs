@@ -8,14 +8,14 @@ use link::{Downlink, LinkStatistics, Rejection, Telemetry, Uplink};
 use sil_host::pil::fault::{Fault, LinkFaults};
 use sil_host::pil::flight::fly;
 use sil_host::pil::recording::Direction;
-use sil_host::pil::session::{Session, one_telemetry};
+use sil_host::pil::session::{VehicleSession, one_telemetry};
 use sil_host::pil::set_up::set_up;
 use sim::scenario::LoadedScenario;
 
 use crate::emulator::emulator;
 
 /// A vehicle armed to fly the beginning of a paper scenario.
-fn armed(duration: f64, directives: &[&str]) -> (Session, LoadedScenario, VehicleState) {
+fn armed(duration: f64, directives: &[&str]) -> (VehicleSession, LoadedScenario, VehicleState) {
     armed_in(duration, directives, false)
 }
 
@@ -24,11 +24,11 @@ fn armed_in(
     duration: f64,
     directives: &[&str],
     in_step: bool,
-) -> (Session, LoadedScenario, VehicleState) {
+) -> (VehicleSession, LoadedScenario, VehicleState) {
     let changes = [format!("duration={duration}")];
     let loaded = LoadedScenario::open("paper-saturated", &changes).unwrap();
     let directives: Vec<_> = directives.iter().map(ToString::to_string).collect();
-    let (mut session, _) = Session::boot(&emulator("firmware"), &directives).unwrap();
+    let (mut session, _) = VehicleSession::boot(&emulator("firmware"), &directives).unwrap();
     if in_step {
         session.enter_lock_step().unwrap();
     }
@@ -123,11 +123,15 @@ fn a_damaged_line_does_not_disturb_the_lock_step() {
 
 /// Takes off, then `line` gives the bytes of each tick until the failsafe; how many ticks it took,
 /// and the telemetry of the last of them.
-fn until_failsafe(session: &mut Session, state: VehicleState, line: &[u8]) -> (u32, Telemetry) {
+fn until_failsafe(
+    session: &mut VehicleSession,
+    state: VehicleState,
+    line: &[u8],
+) -> (u32, Telemetry) {
     let start = [Uplink::State { tick: 0, state }, Uplink::Command(Command::Start)];
     assert_eq!(session.tick(&start).unwrap().mode, Mode::Flying);
     for tick in 1..100 {
-        let telemetry = one_telemetry(&session.say_bytes(line).unwrap()).unwrap();
+        let telemetry = one_telemetry(&session.send_bytes(line).unwrap()).unwrap();
         if telemetry.mode != Mode::Flying {
             return (tick, telemetry);
         }
@@ -156,15 +160,15 @@ fn when_the_host_is_gone_the_failsafe_comes_on_time_and_a_returning_host_recover
 }
 
 /// The host is back: refused at first, flying once the state is fresh.
-fn recover(session: &mut Session, state: VehicleState, fresh_samples: u16) {
-    session.say_bytes(&[0]).unwrap(); // ends what was left of the garbage
+fn recover(session: &mut VehicleSession, state: VehicleState, fresh_samples: u16) {
+    session.send_bytes(&[0]).unwrap(); // ends what was left of the garbage
     let refused = session.ask(Uplink::Command(Command::Start), state).unwrap();
     assert_eq!(refused, Err(Rejection::Mode(Refusal::StateStale)));
     let sample = [Uplink::State { tick: 0, state }];
     for _ in 0..fresh_samples {
         assert_eq!(session.tick(&sample).unwrap().mode, Mode::Failsafe);
     }
-    session.demand("to fly on", Uplink::Command(Command::Start), state).unwrap();
+    session.expect_ok("to fly on", Uplink::Command(Command::Start), state).unwrap();
     let telemetry = session.tick(&sample).unwrap();
     assert_eq!(telemetry.mode, Mode::Flying);
     assert!(telemetry.wrench.thrust > 1.0);
@@ -176,19 +180,19 @@ fn firmware_that_restarts_in_flight_says_so_and_flies_again_as_in_sil() {
     let start = [Uplink::State { tick: 0, state }, Uplink::Command(Command::Start)];
     session.tick(&start).unwrap();
     let sample = Uplink::State { tick: 0, state };
-    let greeting = (0..1000).find_map(|_| {
-        let heard = session.say(std::slice::from_ref(&sample)).unwrap();
-        heard.into_iter().find_map(|message| match message {
+    let first = (0..1000).find_map(|_| {
+        let received = session.send(std::slice::from_ref(&sample)).unwrap();
+        received.into_iter().find_map(|message| match message {
             Downlink::Identity(identity) => Some(identity),
             _ => None,
         })
     });
-    assert!(greeting.expect("a second greeting").fault_pending);
+    assert!(first.expect("a second first").fault_pending);
     session.subscribe(state).unwrap();
     let telemetry = session.tick(std::slice::from_ref(&sample)).unwrap();
     assert_eq!((telemetry.mode, telemetry.cause), (Mode::Locked, Some(Cause::Fault)));
-    session.demand("to forget the fault", Uplink::FaultAcknowledge, state).unwrap();
-    session.demand("to disarm", Uplink::Command(Command::Disarm), state).unwrap();
+    session.expect_ok("to forget the fault", Uplink::FaultAcknowledge, state).unwrap();
+    session.expect_ok("to disarm", Uplink::Command(Command::Disarm), state).unwrap();
     set_up(&mut session, loaded.scenario()).unwrap();
     let on_board = fly(&loaded, &mut session, &mut (), &|_| ()).unwrap();
     assert_eq!((on_board.ticks, on_board.difference), (200, None));

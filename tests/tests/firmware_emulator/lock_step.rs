@@ -12,7 +12,7 @@ use link::{Rejection, Uplink};
 use sil_host::pil::PilError;
 use sil_host::pil::flight::{OnBoard, fly};
 use sil_host::pil::lockstep::PATIENCE;
-use sil_host::pil::session::{Session, one_telemetry};
+use sil_host::pil::session::{VehicleSession, one_telemetry};
 use sil_host::pil::set_up::set_up;
 use sim::scenario::LoadedScenario;
 
@@ -41,10 +41,10 @@ impl AtTerminal {
         vehicle
     }
 
-    fn attach(&self) -> Session {
+    fn attach(&self) -> VehicleSession {
         let (unit, end) = (emulator("firmware").cost_unit(), Instant::now() + PATIENCE);
         loop {
-            match Session::attach(&self.terminal, 2_000_000, unit, None) {
+            match VehicleSession::attach(&self.terminal, 2_000_000, unit, None) {
                 // A terminal cannot be opened before its master has unlocked it.
                 Err(PilError::Line(..)) if Instant::now() < end => {
                     thread::sleep(Duration::from_millis(5));
@@ -71,7 +71,7 @@ impl Drop for AtTerminal {
     }
 }
 
-fn flown(session: &mut Session, scenario: &str, duration: f64) -> (OnBoard, u64) {
+fn flown(session: &mut VehicleSession, scenario: &str, duration: f64) -> (OnBoard, u64) {
     let loaded = LoadedScenario::open(scenario, &[format!("duration={duration}")]).unwrap();
     set_up(session, loaded.scenario()).unwrap();
     let on_board = fly(&loaded, session, &mut (), &|_| ()).unwrap();
@@ -94,9 +94,9 @@ fn over_the_serial_port_a_flight_is_sils_to_the_bit_and_another_follows() {
 #[test]
 fn over_fifos_a_flight_is_sils_to_the_bit_and_costs_the_same() {
     for scenario in PAPER {
-        let (mut session, _) = Session::boot(&emulator("firmware"), &[]).unwrap();
+        let (mut session, _) = VehicleSession::boot(&emulator("firmware"), &[]).unwrap();
         let (by_clock, _) = flown(&mut session, scenario, 0.3);
-        let (mut session, _) = Session::boot(&emulator("firmware"), &[]).unwrap();
+        let (mut session, _) = VehicleSession::boot(&emulator("firmware"), &[]).unwrap();
         session.enter_lock_step().unwrap();
         let (in_step, ticks) = flown(&mut session, scenario, 0.3);
         assert_eq!((in_step.difference, in_step.ticks), (None, ticks));
@@ -110,7 +110,7 @@ fn over_fifos_a_flight_is_sils_to_the_bit_and_costs_the_same() {
 
 #[test]
 fn only_in_lock_step_a_flight_may_begin_at_any_attitude() {
-    let (mut session, _) = Session::boot(&emulator("firmware"), &[]).unwrap();
+    let (mut session, _) = VehicleSession::boot(&emulator("firmware"), &[]).unwrap();
     let tilted = LoadedScenario::open("tilt-recovery", &["duration=0.3".to_owned()]).unwrap();
     let refused = set_up(&mut session, tilted.scenario()).unwrap_err().to_string();
     assert!(refused.contains("tilted beyond the arming limit"), "{refused}");
@@ -132,13 +132,13 @@ fn only_in_lock_step_a_flight_may_begin_at_any_attitude() {
 
 #[test]
 fn lock_step_is_refused_unless_disarmed() {
-    let (mut session, _) = Session::boot(&emulator("firmware"), &[]).unwrap();
+    let (mut session, _) = VehicleSession::boot(&emulator("firmware"), &[]).unwrap();
     session.subscribe(HERE).unwrap();
     let sample = [Uplink::State { tick: 0, state: HERE }];
     for _ in 0..60 {
         session.tick(&sample).unwrap();
     }
-    session.demand("to arm", Uplink::Command(Command::Arm), HERE).unwrap();
+    session.expect_ok("to arm", Uplink::Command(Command::Arm), HERE).unwrap();
     assert_eq!(session.ask(Uplink::LockStep(true), HERE).unwrap(), Err(Rejection::NotNow));
     let step = Uplink::Step { uptime_ticks: 1 };
     assert_eq!(session.ask(step, HERE).unwrap(), Err(Rejection::NotNow));
@@ -157,8 +157,8 @@ fn in_lock_step_no_rotor_turns_whatever_the_controller_says() {
     let telemetry = vehicle.tick(&[sample.clone(), Uplink::Command(Command::Start)]);
     assert_eq!(telemetry.mode, Mode::Flying);
     assert!(telemetry.wrench.thrust > 1.0);
-    while vehicle.0.say(std::slice::from_ref(&sample)).is_ok() {}
-    let report = vehicle.say_until_the_end(&[]);
+    while vehicle.0.send(std::slice::from_ref(&sample)).is_ok() {}
+    let report = vehicle.send_until_the_end(&[]);
     assert!(report.contains("end of run at tick 400"), "{report}");
     assert!(report.contains("rotor duty [10000, 10000, 10000, 10000]"), "{report}");
 }
@@ -166,16 +166,16 @@ fn in_lock_step_no_rotor_turns_whatever_the_controller_says() {
 #[test]
 fn a_host_that_is_silent_in_lock_step_is_left_and_the_vehicle_disarmed() {
     let (mut session, _) =
-        Session::boot(&emulator("firmware"), &["lock-step-timeout=20".to_owned()]).unwrap();
+        VehicleSession::boot(&emulator("firmware"), &["lock-step-timeout=20".to_owned()]).unwrap();
     session.enter_lock_step().unwrap();
     let loaded = LoadedScenario::open("paper-saturated", &["duration=0.1".to_owned()]).unwrap();
     let state = set_up(&mut session, loaded.scenario()).unwrap();
     let start = [Uplink::State { tick: 0, state }, Uplink::Command(Command::Start)];
-    let heard = session.say(&start).unwrap();
-    assert_eq!(one_telemetry(&heard).unwrap().mode, Mode::Flying);
+    let received = session.send(&start).unwrap();
+    assert_eq!(one_telemetry(&received).unwrap().mode, Mode::Flying);
     // A packet without a step: 20 s of the vehicle's time pass before the next one comes.
-    let heard = session.say_bytes(&[]).unwrap();
-    let telemetry = one_telemetry(&heard).unwrap();
+    let received = session.send_bytes(&[]).unwrap();
+    let telemetry = one_telemetry(&received).unwrap();
     assert_eq!((telemetry.mode, telemetry.wrench.thrust), (Mode::Disarmed, 0.0));
 }
 
@@ -191,7 +191,7 @@ fn commands_that_wait_at_the_end_of_lock_step_start_nothing() {
     // Without a step in between: the end of lock step comes before the first of them.
     let [arm, start] = [Command::Arm, Command::Start].map(Uplink::Command);
     let frames = vehicle.0.frames(&[sample.clone(), arm, start, Uplink::LockStep(false)]);
-    vehicle.0.say_bytes(&frames.concat()).unwrap();
+    vehicle.0.send_bytes(&frames.concat()).unwrap();
     vehicle.0.leave_lock_step().unwrap();
     for _ in 0..5 {
         let telemetry = vehicle.tick(std::slice::from_ref(&sample));

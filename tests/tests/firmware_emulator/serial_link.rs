@@ -1,4 +1,4 @@
-//! The whole image in lock step with a test, which fails where a [`Session`] reports an error.
+//! The whole image in lock step with a test, which fails where a [`VehicleSession`] reports an error.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -7,27 +7,27 @@ use ctrl_core::vehicle::VehicleState;
 use link::{Downlink, Health, Rejection, Telemetry, Uplink};
 use sil_host::pil::line::Line;
 use sil_host::pil::lockstep::PATIENCE;
-use sil_host::pil::session::Session;
+use sil_host::pil::session::VehicleSession;
 
 use crate::emulator::{emulator, read_all};
 
 /// A running image that waits for the test after each release of its telemetry group.
-pub struct Vehicle(pub Session);
+pub struct Vehicle(pub VehicleSession);
 
 impl Vehicle {
-    /// Boots the image and waits for its greeting.
+    /// Boots the image and waits for its first.
     pub fn boot(directives: &[&str]) -> (Self, Vec<Downlink>) {
         let directives: Vec<_> = directives.iter().map(ToString::to_string).collect();
-        let (session, greeting) = Session::boot(&emulator("firmware"), &directives).unwrap();
-        (Self(session), greeting)
+        let (session, first) = VehicleSession::boot(&emulator("firmware"), &directives).unwrap();
+        (Self(session), first)
     }
 
     /// Sends messages, lets the vehicle go on to its next release of telemetry, and returns what
     /// it has sent until then.
-    pub fn say(&mut self, messages: &[Uplink]) -> Vec<Downlink> {
-        let heard = self.0.say(messages).unwrap();
+    pub fn send(&mut self, messages: &[Uplink]) -> Vec<Downlink> {
+        let received = self.0.send(messages).unwrap();
         assert_eq!(self.0.statistics().damaged, 0);
-        heard
+        received
     }
 
     /// Sends a message and, at each release, a state, until the message is acknowledged.
@@ -51,7 +51,7 @@ impl Vehicle {
     }
 
     /// Sends messages at each release until the run ends, and returns its report.
-    pub fn say_until_the_end(mut self, messages: &[Uplink]) -> String {
+    pub fn send_until_the_end(mut self, messages: &[Uplink]) -> String {
         let bytes = self.0.frames(messages).concat();
         let end = Instant::now() + PATIENCE;
         let Line::Fifos(fifos) = self.0.line() else { panic!("of an emulator") };

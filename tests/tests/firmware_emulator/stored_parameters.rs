@@ -9,7 +9,7 @@ use firmware::parameter_store::SLOT;
 use glam::Vec3;
 use link::{Downlink, ParameterOrigin, ParametersInForce, Rejection, Uplink};
 use sil_host::pil::flight::fly;
-use sil_host::pil::session::Session;
+use sil_host::pil::session::VehicleSession;
 use sil_host::pil::set_up::ready;
 use sim::scenario::LoadedScenario;
 
@@ -30,9 +30,9 @@ fn memory(name: &str) -> PathBuf {
 
 /// Boots the image with a memory; the vehicle, and which parameters it says are in force.
 fn boot(memory: &Path) -> (Vehicle, ParametersInForce) {
-    let (vehicle, greeting) = Vehicle::boot(&[&format!("parameters={}", memory.display())]);
-    let [Downlink::Identity(_), Downlink::ParametersInForce(in_force)] = greeting[..] else {
-        panic!("{greeting:?}")
+    let (vehicle, first) = Vehicle::boot(&[&format!("parameters={}", memory.display())]);
+    let [Downlink::Identity(_), Downlink::ParametersInForce(in_force)] = first[..] else {
+        panic!("{first:?}")
     };
     (vehicle, in_force)
 }
@@ -46,13 +46,13 @@ fn write(vehicle: &mut Vehicle, name: &str, value: f32) {
 fn parameters(vehicle: &mut Vehicle) -> Vec<(String, u32)> {
     let mut found = Vec::new();
     for index in 0.. {
-        let mut heard = vehicle.say(&[Uplink::ParameterAt { index }]);
+        let mut received = vehicle.send(&[Uplink::ParameterAt { index }]);
         let parameter = (0..100).find_map(|_| {
-            let said = heard.iter().find_map(|message| match message {
+            let said = received.iter().find_map(|message| match message {
                 Downlink::Parameter(parameter) => Some(parameter.clone()),
                 _ => None,
             });
-            heard = vehicle.say(&[]);
+            received = vehicle.send(&[]);
             said
         });
         let parameter = parameter.expect("an answer");
@@ -90,7 +90,7 @@ fn parameters_that_were_kept_are_flown_with_after_a_restart_as_in_sil() {
         changes.push(format!("controller.saturated.{name}={value}"));
     }
     let loaded = LoadedScenario::open("paper-saturated", &changes).unwrap();
-    let session: &mut Session = &mut vehicle.0;
+    let session: &mut VehicleSession = &mut vehicle.0;
     ready(session, loaded.scenario()).unwrap();
     let on_board = fly(&loaded, session, &mut (), &|_| ()).unwrap();
     assert_eq!((on_board.ticks, on_board.difference), (500, None));

@@ -29,9 +29,9 @@ fn on_the_ground(scenario: &str, directives: &[&str]) -> (Vehicle, VehicleState)
     let TrajectoryConfig::RisingCircle(circle) = document.trajectory else {
         panic!("the paper's trajectory");
     };
-    let (mut vehicle, greeting) = Vehicle::boot(directives);
-    let greeted = matches!(greeting[..], [Downlink::Identity(_), Downlink::ParametersInForce(_)]);
-    assert!(greeted, "{greeting:?}");
+    let (mut vehicle, first) = Vehicle::boot(directives);
+    let greeted = matches!(first[..], [Downlink::Identity(_), Downlink::ParametersInForce(_)]);
+    assert!(greeted, "{first:?}");
     vehicle.subscribe(state);
     vehicle.ask(Uplink::SelectController(kind), state).unwrap();
     let trajectory = TrajectorySelection::RisingCircle(circle);
@@ -175,7 +175,7 @@ fn rotors_turn_in_flight_only() {
         }
         // Whatever is said after the end of the run stays in the FIFO.
         let sample = Uplink::State { tick: 0, state };
-        vehicle.say_until_the_end(&[sample])
+        vehicle.send_until_the_end(&[sample])
     };
     let report = duty("ticks=400", false);
     assert!(report.contains("rotor duty [10000, 10000, 10000, 10000]"), "{report}");
@@ -193,12 +193,12 @@ fn a_fault_stops_the_vehicle_and_is_reported_over_the_link_after_the_restart() {
     take_off(&mut vehicle, state);
     let sample = [Uplink::State { tick: 0, state }];
     let identity = (0..1000).find_map(|_| {
-        vehicle.say(&sample).into_iter().find_map(|message| match message {
+        vehicle.send(&sample).into_iter().find_map(|message| match message {
             Downlink::Identity(identity) => Some(identity),
             _ => None,
         })
     });
-    assert!(identity.expect("a second greeting").fault_pending);
+    assert!(identity.expect("a second first").fault_pending);
     vehicle.subscribe(state);
     for _ in 0..60 {
         let telemetry = vehicle.tick(&sample);
@@ -206,7 +206,7 @@ fn a_fault_stops_the_vehicle_and_is_reported_over_the_link_after_the_restart() {
     }
     let refused = vehicle.ask(Uplink::Command(Command::Arm), state);
     assert_eq!(refused, Err(Rejection::Mode(Refusal::Locked)));
-    let report = vehicle.say(&[Uplink::FaultAcknowledge]).into_iter().find_map(|m| match m {
+    let report = vehicle.send(&[Uplink::FaultAcknowledge]).into_iter().find_map(|m| match m {
         Downlink::Fault(report) => Some(report),
         _ => None,
     });

@@ -17,7 +17,7 @@ pub struct Instruction {
     _opaque: [u8; 0],
 }
 
-/// What QEMU tells about itself; not looked at.
+/// QEMU's information about itself; not used.
 #[repr(C)]
 pub struct Info {
     _opaque: [u8; 0],

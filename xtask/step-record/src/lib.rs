@@ -1,4 +1,4 @@
-//! What goes between the host and a step image: plain little-endian 32-bit words.
+//! Records between the host and a step image: plain little-endian 32-bit words.
 //!
 //! An input file is one controller configuration, then a [`Sample`] for every step.
 //! An output file is one [`Answer`] for every step, then one [`Closing`].
@@ -166,9 +166,9 @@ impl Record for SaturatedConfig {
 /// The input of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Where the vehicle is.
+    /// State of the vehicle.
     pub vehicle: VehicleState,
-    /// Where it should be.
+    /// Reference of the step.
     pub reference: Reference,
 }
 
@@ -205,7 +205,7 @@ impl Record for Sample {
     }
 }
 
-/// What one step returned, and the emulator's clock.
+/// Output of one step, and the emulator's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Answer {
     /// Bits of `f` and of the three components of `tau`.
@@ -228,7 +228,7 @@ impl Record for Answer {
     }
 }
 
-/// What is known after the last step.
+/// Record after the last step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Closing {
     /// Deepest stack of any step, from painted memory (B).

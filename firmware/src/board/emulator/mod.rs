@@ -41,7 +41,7 @@ use crate::rotor_output::PULSE_RATE;
 pub struct Emulator;
 
 impl Board for Emulator {
-    type Rotor = Recorder;
+    type Rotor = RotorRecorder;
     type Storage = ParameterFile;
 
     const CORE_CLOCK: u32 = 168_000_000;
@@ -55,7 +55,7 @@ impl Board for Emulator {
     }
 
     fn rotors(_: TIM3, _: RotorPins, _: &mut Rcc) -> [Self::Rotor; ROTORS] {
-        [Recorder(0), Recorder(1), Recorder(2), Recorder(3)]
+        [RotorRecorder(0), RotorRecorder(1), RotorRecorder(2), RotorRecorder(3)]
     }
 
     fn storage(_: FLASH) -> ParameterFile {
@@ -145,7 +145,7 @@ const PROVOKE_AT: u32 = 500;
 
 /// Tick that ends the run.
 static TICKS: AtomicU32 = AtomicU32::new(u32::MAX);
-/// When lock step ends (s).
+/// Time without a step after which lock step ends (s).
 static LOCK_STEP_TIMEOUT: AtomicU32 = AtomicU32::new(100_000);
 /// Index of the fault to provoke in [`FAULTS`]; past its end for none.
 static FAULT: AtomicU8 = AtomicU8::new(u8::MAX);
@@ -214,14 +214,14 @@ fn provoke() {
     }
 }
 
-/// Records what a rotor is told.
-pub struct Recorder(usize);
+/// Records the duty cycle of a rotor.
+pub struct RotorRecorder(usize);
 
-impl ErrorType for Recorder {
+impl ErrorType for RotorRecorder {
     type Error = Infallible;
 }
 
-impl SetDutyCycle for Recorder {
+impl SetDutyCycle for RotorRecorder {
     /// One count is a tenth of a microsecond.
     fn max_duty_cycle(&self) -> u16 {
         (10_000_000 / PULSE_RATE) as u16

@@ -1,12 +1,17 @@
-//! Conversations with a host, message by message.
+//! Sessions with a host, message by message.
 
+use std::boxed::Box;
 use std::vec::Vec;
 
-use ctrl_core::trajectory::{HoverConfig, Leg};
-use link::{FaultKind, REGISTERS};
+use ctrl_core::mode::{Mode, Refusal};
+use ctrl_core::trajectory::{HoverConfig, Leg, TrajectoryConfig};
+use ctrl_core::vehicle::VehicleState;
+use link::{ControllerKind, FaultKind, ParameterOrigin, REGISTERS, TrajectorySelection};
 
 use super::*;
+use crate::parameter_store::StoreError;
 use crate::scenario::built_in_mission;
+use crate::stored_parameters::StoredParameters;
 
 const CONFIG: SessionConfig = SessionConfig {
     board: "test bench",
@@ -15,20 +20,29 @@ const CONFIG: SessionConfig = SessionConfig {
     telemetry_period_min: 2,
 };
 
-const GROUND: Progress =
-    Progress { mode: Mode::Disarmed, flight_tick: 0, uptime: 1000, in_step: false };
-const FLYING: Progress = Progress { mode: Mode::Flying, flight_tick: 7, uptime: 2000, ..GROUND };
+const GROUND: ControlStatus = ControlStatus { mode: Mode::Disarmed, flight_tick: 0, uptime: 1000 };
+const FLYING: ControlStatus = ControlStatus { mode: Mode::Flying, flight_tick: 7, uptime: 2000 };
 
 const BUILT_IN: ParametersInForce =
     ParametersInForce { origin: ParameterOrigin::BuiltIn, generation: 0, changed: false };
 
-/// A session that has sent its greeting.
-fn session() -> Session {
-    let flown = BuiltInMission {
+/// A session in memory of its own, which outlives the test.
+fn begin(
+    mission: &BuiltInMission,
+    in_force: ParametersInForce,
+    fault: Option<FaultReport>,
+) -> HostSession<'static> {
+    let memory = Box::leak(Box::new(SessionMemory::new()));
+    HostSession::new(memory, CONFIG, mission, in_force, fault).unwrap()
+}
+
+/// A session that has sent its handshake.
+fn session() -> HostSession<'static> {
+    let mission = BuiltInMission {
         tuning: Tuning { kind: ControllerKind::Saturated, ..built_in_mission().unwrap().tuning },
         trajectory: TrajectoryConfig::Hover(hover()),
     };
-    let mut session = Session::new(CONFIG, &flown, BUILT_IN, None).unwrap();
+    let mut session = begin(&mission, BUILT_IN, None);
     assert!(matches!(session.next_answer(), Some(Downlink::Identity(_))));
     assert_eq!(session.next_answer(), Some(Downlink::ParametersInForce(BUILT_IN)));
     session
@@ -38,9 +52,18 @@ fn hover() -> HoverConfig {
     HoverConfig { position_world: Vec3::new(0.0, 0.0, 2.0), yaw: 0.0 }
 }
 
-/// Says `message` and returns the answers.
-fn say(session: &mut Session, message: Uplink, progress: Progress) -> Vec<Downlink> {
-    session.handle(Received { sequence: 42, message }, progress);
+/// Sends `message` to a vehicle whose ticks begin by the timer, and returns the answers.
+fn send(session: &mut HostSession, message: Uplink, status: ControlStatus) -> Vec<Downlink> {
+    send_by(TickOrigin::Timer, session, message, status)
+}
+
+fn send_by(
+    origin: TickOrigin,
+    session: &mut HostSession,
+    message: Uplink,
+    status: ControlStatus,
+) -> Vec<Downlink> {
+    session.handle(Received { sequence: 42, message }, status, origin);
     core::iter::from_fn(|| session.next_answer()).collect()
 }
 
@@ -52,8 +75,8 @@ fn write(name: &str, value: f32) -> Uplink {
     Uplink::ParameterWrite { name: copy(name), value }
 }
 
-fn read(session: &mut Session, name: &str) -> f32 {
-    match &say(session, Uplink::ParameterRead { name: copy(name) }, FLYING)[..] {
+fn read(session: &mut HostSession, name: &str) -> f32 {
+    match &send(session, Uplink::ParameterRead { name: copy(name) }, FLYING)[..] {
         [Downlink::Parameter(parameter)] => parameter.value,
         other => panic!("{other:?}"),
     }
@@ -70,14 +93,14 @@ fn report() -> FaultReport {
 }
 
 #[test]
-fn greets_after_the_start_and_when_greeted() {
-    let mut session = Session::new(CONFIG, &built_in_mission().unwrap(), STORED, None).unwrap();
+fn identifies_itself_after_the_start_and_at_a_handshake() {
+    let mut session = begin(&built_in_mission().unwrap(), STORED, None);
     assert!(!session.greeted() && session.has_answers());
     let Some(Downlink::Identity(greeting)) = session.next_answer() else { panic!() };
     assert_eq!((&*greeting.board, greeting.uptime_ticks), ("test bench", 0));
     assert_eq!(greeting.controller, built_in_mission().unwrap().tuning.kind);
     assert_eq!(session.next_answer(), Some(Downlink::ParametersInForce(STORED)));
-    let [Downlink::Identity(identity), in_force] = &say(&mut session, Uplink::Hello, FLYING)[..]
+    let [Downlink::Identity(identity), in_force] = &send(&mut session, Uplink::Hello, FLYING)[..]
     else {
         panic!()
     };
@@ -94,9 +117,9 @@ fn a_sample_stands_for_its_ticks_and_is_not_answered() {
     let mut session = session();
     assert_eq!(session.sample(1000), None);
     let state = VehicleState::at_rest(Vec3::X);
-    assert_eq!(say(&mut session, Uplink::State { tick: 0, state }, GROUND), []);
-    assert_eq!(session.sample(1000), Some(state));
-    assert_eq!(session.sample(1004), Some(state));
+    assert_eq!(send(&mut session, Uplink::State { tick: 0, state }, GROUND), []);
+    assert_eq!(session.sample(1000), Some(StateSample { state, age_ticks: 0 }));
+    assert_eq!(session.sample(1004), Some(StateSample { state, age_ticks: 4 }));
     assert_eq!(session.sample(1005), None);
 }
 
@@ -104,7 +127,11 @@ fn a_sample_stands_for_its_ticks_and_is_not_answered() {
 fn commands_wait_for_the_control_group_and_are_answered_in_order() {
     let mut session = session();
     for (sequence, command) in [(1, Command::Arm), (2, Command::Start)] {
-        session.handle(Received { sequence, message: Uplink::Command(command) }, GROUND);
+        session.handle(
+            Received { sequence, message: Uplink::Command(command) },
+            GROUND,
+            TickOrigin::Timer,
+        );
     }
     assert_eq!(session.next_command(), Some(Command::Arm));
     assert_eq!(session.next_command(), None, "one at a time");
@@ -121,9 +148,9 @@ fn commands_wait_for_the_control_group_and_are_answered_in_order() {
 fn more_commands_than_fit_are_refused_not_forgotten() {
     let mut session = session();
     for _ in 0..COMMANDS {
-        assert_eq!(say(&mut session, Uplink::Command(Command::Stop), GROUND), []);
+        assert_eq!(send(&mut session, Uplink::Command(Command::Stop), GROUND), []);
     }
-    let refused = say(&mut session, Uplink::Command(Command::Stop), GROUND);
+    let refused = send(&mut session, Uplink::Command(Command::Stop), GROUND);
     assert_eq!(refused, acknowledged(Err(Rejection::NotNow)));
 }
 
@@ -131,7 +158,7 @@ fn more_commands_than_fit_are_refused_not_forgotten() {
 fn a_parameter_is_written_read_back_and_reaches_the_law() {
     let mut session = session();
     assert!(session.take_law().is_none());
-    let answer = say(&mut session, write("k4", 3.5), GROUND);
+    let answer = send(&mut session, write("k4", 3.5), GROUND);
     assert_eq!(answer, acknowledged(Ok(())));
     assert_eq!(read(&mut session, "k4"), 3.5);
     let Some(AnyController::Saturated(law)) = session.take_law() else { panic!() };
@@ -143,7 +170,7 @@ fn a_parameter_is_written_read_back_and_reaches_the_law() {
 fn a_refused_parameter_changes_nothing_and_names_the_bound() {
     let mut session = session();
     let before = read(&mut session, "k4");
-    let answer = say(&mut session, write("k4", -1.0), GROUND);
+    let answer = send(&mut session, write("k4", -1.0), GROUND);
     let [Downlink::Acknowledgement(Acknowledgement { result: Err(rejection), .. })] = &answer[..]
     else {
         panic!("{answer:?}")
@@ -152,7 +179,7 @@ fn a_refused_parameter_changes_nothing_and_names_the_bound() {
     assert_eq!((&**parameter, *value, *lower), ("k4", -1.0, 0.0));
     assert_eq!(read(&mut session, "k4"), before);
     assert!(session.take_law().is_none());
-    let unknown = say(&mut session, write("k9", 1.0), GROUND);
+    let unknown = send(&mut session, write("k9", 1.0), GROUND);
     assert_eq!(unknown, acknowledged(Err(Rejection::UnknownParameter)));
 }
 
@@ -162,7 +189,7 @@ fn every_parameter_can_be_listed() {
     let mut names = Vec::new();
     loop {
         let index = names.len() as u16;
-        match &say(&mut session, Uplink::ParameterAt { index }, GROUND)[..] {
+        match &send(&mut session, Uplink::ParameterAt { index }, GROUND)[..] {
             [Downlink::Parameter(parameter)] => {
                 assert_eq!(parameter.index, index);
                 names.push(parameter.name.clone());
@@ -187,7 +214,7 @@ fn settings_are_refused_in_flight() {
         Uplink::PathBegin { start_world: Vec3::ZERO, yaw: 0.0, legs: 1 },
     ];
     for setting in settings {
-        let answer = say(&mut session, setting, FLYING);
+        let answer = send(&mut session, setting, FLYING);
         assert_eq!(answer, acknowledged(Err(Rejection::NotNow)));
     }
     assert!(session.take_law().is_none());
@@ -197,7 +224,7 @@ fn settings_are_refused_in_flight() {
 fn the_controller_is_chosen_by_the_host() {
     let mut session = session();
     let choice = Uplink::SelectController(ControllerKind::RobustAdaptive);
-    assert_eq!(say(&mut session, choice, GROUND), acknowledged(Ok(())));
+    assert_eq!(send(&mut session, choice, GROUND), acknowledged(Ok(())));
     assert!(matches!(session.take_law(), Some(AnyController::RobustAdaptive(..))));
 }
 
@@ -206,7 +233,7 @@ fn a_trajectory_must_suit_the_controller() {
     let mut session = session();
     let place = HoverConfig { position_world: Vec3::new(1.0, 2.0, 3.0), yaw: 0.0 };
     let choice = Uplink::SelectTrajectory(TrajectorySelection::Hover(place));
-    assert_eq!(say(&mut session, choice, GROUND), acknowledged(Ok(())));
+    assert_eq!(send(&mut session, choice, GROUND), acknowledged(Ok(())));
     assert_eq!(session.reference(GROUND).position_world, place.position_world);
     let too_fast = ctrl_core::trajectory::LemniscateConfig {
         centre_world: Vec3::ZERO,
@@ -216,7 +243,7 @@ fn a_trajectory_must_suit_the_controller() {
         yaw: 0.0,
     };
     let choice = Uplink::SelectTrajectory(TrajectorySelection::Lemniscate(too_fast));
-    let answer = say(&mut session, choice, GROUND);
+    let answer = send(&mut session, choice, GROUND);
     let [Downlink::Acknowledgement(Acknowledgement { result: Err(rejection), .. })] = &answer[..]
     else {
         panic!("{answer:?}")
@@ -229,11 +256,11 @@ fn a_trajectory_must_suit_the_controller() {
 fn a_stream_is_followed_once_selected() {
     let mut session = session();
     let reference = Reference::hover(Vec3::new(9.0, 9.0, 9.0));
-    say(&mut session, Uplink::Reference { tick: 0, reference }, GROUND);
+    send(&mut session, Uplink::Reference { tick: 0, reference }, GROUND);
     assert_eq!(session.reference(GROUND).position_world, hover().position_world);
     let choice = Uplink::SelectTrajectory(TrajectorySelection::Stream);
-    assert_eq!(say(&mut session, choice, GROUND), acknowledged(Ok(())));
-    say(&mut session, Uplink::Reference { tick: 0, reference }, GROUND);
+    assert_eq!(send(&mut session, choice, GROUND), acknowledged(Ok(())));
+    send(&mut session, Uplink::Reference { tick: 0, reference }, GROUND);
     assert_eq!(session.reference(GROUND), reference);
 }
 
@@ -241,15 +268,15 @@ fn a_stream_is_followed_once_selected() {
 fn an_uploaded_path_is_flown_when_complete() {
     let mut session = session();
     let choice = || Uplink::SelectTrajectory(TrajectorySelection::UploadedPath);
-    let answer = say(&mut session, choice(), GROUND);
+    let answer = send(&mut session, choice(), GROUND);
     assert_eq!(answer, acknowledged(Err(Rejection::NoPath)));
     let start_world = Vec3::new(5.0, 0.0, 1.0);
     let begin = Uplink::PathBegin { start_world, yaw: 0.0, legs: 1 };
-    assert_eq!(say(&mut session, begin, GROUND), acknowledged(Ok(())));
+    assert_eq!(send(&mut session, begin, GROUND), acknowledged(Ok(())));
     let leg = Leg::to(start_world + Vec3::X, 20.0);
     let upload = Uplink::PathLeg { index: 0, leg };
-    assert_eq!(say(&mut session, upload, GROUND), acknowledged(Ok(())));
-    assert_eq!(say(&mut session, choice(), GROUND), acknowledged(Ok(())));
+    assert_eq!(send(&mut session, upload, GROUND), acknowledged(Ok(())));
+    assert_eq!(send(&mut session, choice(), GROUND), acknowledged(Ok(())));
     assert_eq!(session.reference(GROUND).position_world, start_world);
 }
 
@@ -257,31 +284,30 @@ fn an_uploaded_path_is_flown_when_complete() {
 fn telemetry_is_subscribed_within_what_the_link_carries() {
     let mut session = session();
     assert_eq!(session.telemetry_period(), 0);
-    assert_eq!(say(&mut session, Uplink::Subscribe { period: 20 }, GROUND), acknowledged(Ok(())));
+    assert_eq!(send(&mut session, Uplink::Subscribe { period: 20 }, GROUND), acknowledged(Ok(())));
     assert_eq!(session.telemetry_period(), 20);
-    let refused = say(&mut session, Uplink::Subscribe { period: 1 }, GROUND);
+    let refused = send(&mut session, Uplink::Subscribe { period: 1 }, GROUND);
     assert!(matches!(
         &refused[..],
         [Downlink::Acknowledgement(Acknowledgement { result: Err(Rejection::Invalid { .. }), .. })]
     ));
     assert_eq!(session.telemetry_period(), 20);
-    assert_eq!(say(&mut session, Uplink::Subscribe { period: 0 }, GROUND), acknowledged(Ok(())));
+    assert_eq!(send(&mut session, Uplink::Subscribe { period: 0 }, GROUND), acknowledged(Ok(())));
     assert_eq!(session.telemetry_period(), 0);
 }
 
 #[test]
 fn a_fault_is_pending_until_it_is_acknowledged() {
-    let mut session =
-        Session::new(CONFIG, &built_in_mission().unwrap(), BUILT_IN, Some(report())).unwrap();
+    let mut session = begin(&built_in_mission().unwrap(), BUILT_IN, Some(report()));
     let Some(Downlink::Identity(identity)) = session.next_answer() else { panic!() };
     assert!(identity.fault_pending && session.fault_pending());
     assert_eq!(session.next_answer(), Some(Downlink::ParametersInForce(BUILT_IN)));
     assert_eq!(session.next_answer(), Some(Downlink::Fault(report())), "unasked");
-    let answer = say(&mut session, Uplink::FaultAcknowledge, GROUND);
+    let answer = send(&mut session, Uplink::FaultAcknowledge, GROUND);
     assert_eq!(answer[0], Downlink::Fault(report()));
     assert_eq!(answer[1..], acknowledged(Ok(())));
     assert!(!session.fault_pending());
-    let again = say(&mut session, Uplink::FaultAcknowledge, GROUND);
+    let again = send(&mut session, Uplink::FaultAcknowledge, GROUND);
     assert_eq!(again, acknowledged(Ok(())));
 }
 
@@ -290,7 +316,7 @@ fn answers_beyond_the_queue_are_counted() {
     let mut session = session();
     for _ in 0..ANSWERS + 3 {
         let message = Uplink::ParameterAt { index: 0 };
-        session.handle(Received { sequence: 0, message }, GROUND);
+        session.handle(Received { sequence: 0, message }, GROUND, TickOrigin::Timer);
     }
     assert_eq!(session.dropped(), 3);
 }
@@ -300,16 +326,16 @@ fn in_force(origin: ParameterOrigin, generation: u32, changed: bool) -> Downlink
 }
 
 /// The answers to a `Hello` without the identity.
-fn asked(session: &mut Session) -> Downlink {
-    say(session, Uplink::Hello, GROUND).remove(1)
+fn asked(session: &mut HostSession) -> Downlink {
+    send(session, Uplink::Hello, GROUND).remove(1)
 }
 
 #[test]
-fn parameters_are_handed_out_to_be_kept_and_the_host_hears_the_end() {
+fn parameters_to_be_stored_are_handed_out_once_and_the_end_is_answered() {
     let mut session = session();
-    say(&mut session, write("k4", 3.5), GROUND);
+    send(&mut session, write("k4", 3.5), GROUND);
     assert_eq!(asked(&mut session), in_force(ParameterOrigin::BuiltIn, 0, true));
-    assert_eq!(say(&mut session, Uplink::ParametersPersist, GROUND), []);
+    assert_eq!(send(&mut session, Uplink::ParametersPersist, GROUND), []);
     let parameters = session.next_to_store().unwrap();
     assert_eq!(parameters, StoredParameters::of(&session.tuning));
     assert_eq!((session.next_to_store(), session.next_answer()), (None, None), "once");
@@ -317,7 +343,7 @@ fn parameters_are_handed_out_to_be_kept_and_the_host_hears_the_end() {
     let answers: Vec<_> = core::iter::from_fn(|| session.next_answer()).collect();
     assert_eq!(answers[0], in_force(ParameterOrigin::Stored, 9, false));
     assert_eq!(answers[1..], acknowledged(Ok(())));
-    say(&mut session, write("k4", 3.75), GROUND);
+    send(&mut session, write("k4", 3.75), GROUND);
     assert_eq!(asked(&mut session), in_force(ParameterOrigin::Stored, 9, true));
 }
 
@@ -325,9 +351,9 @@ fn parameters_are_handed_out_to_be_kept_and_the_host_hears_the_end() {
 fn forgetting_brings_the_built_in_parameters_back_at_once() {
     let mut session = session();
     let built_in = built_in_mission().unwrap().tuning.saturated.k4;
-    say(&mut session, write("k4", 3.5), GROUND);
+    send(&mut session, write("k4", 3.5), GROUND);
     session.take_law();
-    assert_eq!(say(&mut session, Uplink::ParametersForget, GROUND), []);
+    assert_eq!(send(&mut session, Uplink::ParametersForget, GROUND), []);
     assert_eq!(session.next_to_store(), Some(StoredParameters::Forgotten));
     session.stored(Ok(2));
     assert_eq!(session.next_answer(), Some(in_force(ParameterOrigin::BuiltIn, 2, false)));
@@ -342,7 +368,7 @@ fn forgetting_brings_the_built_in_parameters_back_at_once() {
 #[test]
 fn nothing_arms_or_changes_while_parameters_are_stored() {
     let mut session = session();
-    say(&mut session, Uplink::ParametersPersist, GROUND);
+    send(&mut session, Uplink::ParametersPersist, GROUND);
     let refused = acknowledged(Err(Rejection::NotNow));
     let others = [
         write("k4", 3.5),
@@ -357,13 +383,13 @@ fn nothing_arms_or_changes_while_parameters_are_stored() {
             session.next_to_store().unwrap();
         }
         for message in &others {
-            assert_eq!(say(&mut session, message.clone(), GROUND), refused, "{message:?}");
+            assert_eq!(send(&mut session, message.clone(), GROUND), refused, "{message:?}");
         }
     }
-    assert_eq!(say(&mut session, Uplink::Command(Command::Disarm), GROUND), [], "is heard");
+    assert_eq!(send(&mut session, Uplink::Command(Command::Disarm), GROUND), [], "is queued");
     session.stored(Ok(1));
     while session.next_answer().is_some() {}
-    assert_eq!(say(&mut session, write("k4", 3.5), GROUND), acknowledged(Ok(())));
+    assert_eq!(send(&mut session, write("k4", 3.5), GROUND), acknowledged(Ok(())));
 }
 
 #[test]
@@ -371,25 +397,25 @@ fn parameters_are_stored_disarmed_only_and_not_behind_a_command() {
     let refused = acknowledged(Err(Rejection::NotNow));
     for mode in [Mode::Armed, Mode::Flying, Mode::Failsafe, Mode::Locked] {
         for message in [Uplink::ParametersPersist, Uplink::ParametersForget] {
-            let progress = Progress { mode, ..GROUND };
-            assert_eq!(say(&mut session(), message, progress), refused, "{mode:?}");
+            let status = ControlStatus { mode, ..GROUND };
+            assert_eq!(send(&mut session(), message, status), refused, "{mode:?}");
         }
     }
     let mut session = session();
-    say(&mut session, Uplink::Command(Command::Arm), GROUND);
-    assert_eq!(say(&mut session, Uplink::ParametersPersist, GROUND), refused);
+    send(&mut session, Uplink::Command(Command::Arm), GROUND);
+    assert_eq!(send(&mut session, Uplink::ParametersPersist, GROUND), refused);
     session.next_command().unwrap();
-    assert_eq!(say(&mut session, Uplink::ParametersPersist, GROUND), refused);
+    assert_eq!(send(&mut session, Uplink::ParametersPersist, GROUND), refused);
 }
 
 #[test]
-fn a_memory_that_fails_or_is_full_is_told_and_nothing_is_in_force_that_was_not() {
+fn a_memory_that_fails_or_is_full_is_reported_and_changes_nothing() {
     for (error, rejection) in
         [(StoreError::Failed, Rejection::StorageFailed), (StoreError::Full, Rejection::StorageFull)]
     {
         let mut session = session();
-        say(&mut session, write("k4", 3.5), GROUND);
-        say(&mut session, Uplink::ParametersPersist, GROUND);
+        send(&mut session, write("k4", 3.5), GROUND);
+        send(&mut session, Uplink::ParametersPersist, GROUND);
         session.next_to_store().unwrap();
         session.stored(Err(error));
         assert_eq!(session.next_answer(), Some(in_force(ParameterOrigin::BuiltIn, 0, true)));
@@ -400,13 +426,13 @@ fn a_memory_that_fails_or_is_full_is_told_and_nothing_is_in_force_that_was_not()
 }
 
 #[test]
-fn what_could_not_fly_the_built_in_trajectory_is_not_kept() {
+fn a_set_that_cannot_fly_the_built_in_trajectory_is_not_stored() {
     let mut session = session();
     assert_eq!(
-        say(&mut session, write("reference_acceleration_max", 1e-3), GROUND),
+        send(&mut session, write("reference_acceleration_max", 1e-3), GROUND),
         acknowledged(Ok(()))
     );
-    let answers = say(&mut session, Uplink::ParametersPersist, GROUND);
+    let answers = send(&mut session, Uplink::ParametersPersist, GROUND);
     let [
         Downlink::Acknowledgement(Acknowledgement {
             result: Err(Rejection::Invalid { upper, .. }),
@@ -425,52 +451,111 @@ fn lock_step_is_entered_disarmed_and_idle_only() {
     let refused = acknowledged(Err(Rejection::NotNow));
     for mode in [Mode::Armed, Mode::Flying, Mode::Failsafe, Mode::Locked] {
         let mut session = session();
-        let progress = Progress { mode, ..GROUND };
-        assert_eq!(say(&mut session, Uplink::LockStep(true), progress), refused);
-        assert_eq!(session.take_pace_request(), None);
+        let status = ControlStatus { mode, ..GROUND };
+        assert_eq!(send(&mut session, Uplink::LockStep(true), status), refused);
+        assert_eq!(session.take_lock_step_request(), None);
     }
     let mut session = session();
-    say(&mut session, Uplink::Command(Command::Arm), GROUND);
-    assert_eq!(say(&mut session, Uplink::LockStep(true), GROUND), refused, "an Arm is on its way");
+    send(&mut session, Uplink::Command(Command::Arm), GROUND);
+    assert_eq!(send(&mut session, Uplink::LockStep(true), GROUND), refused, "an Arm is on its way");
 }
 
 #[test]
 fn lock_step_is_entered_stepped_and_left() {
     let mut session = session();
     let step = || Uplink::Step { uptime_ticks: 1001 };
-    assert_eq!(say(&mut session, step(), GROUND), acknowledged(Err(Rejection::NotNow)));
-    assert_eq!(say(&mut session, Uplink::LockStep(true), GROUND), acknowledged(Ok(())));
-    assert_eq!(session.take_pace_request(), Some(PaceRequest::Enter));
-    assert_eq!(session.take_pace_request(), None, "once");
-    let in_step = Progress { in_step: true, ..GROUND };
-    assert_eq!(say(&mut session, step(), in_step), []);
-    assert_eq!(session.take_pace_request(), Some(PaceRequest::Step(1001)));
-    // Repeated, since the answer was lost: the host hears where the vehicle is.
-    assert_eq!(say(&mut session, Uplink::LockStep(true), in_step), acknowledged(Ok(())));
-    assert_eq!(session.take_pace_request(), Some(PaceRequest::Step(1000)));
-    let flying = Progress { mode: Mode::Flying, ..in_step };
-    assert_eq!(say(&mut session, Uplink::LockStep(false), flying), acknowledged(Ok(())));
-    assert_eq!(session.take_pace_request(), Some(PaceRequest::Leave));
-    assert_eq!(say(&mut session, Uplink::LockStep(false), GROUND), acknowledged(Ok(())));
-    assert_eq!(session.take_pace_request(), None);
+    let in_lock_step = |session: &mut HostSession, message| {
+        send_by(TickOrigin::LockStep, session, message, GROUND)
+    };
+    assert_eq!(send(&mut session, step(), GROUND), acknowledged(Err(Rejection::NotNow)));
+    assert_eq!(send(&mut session, Uplink::LockStep(true), GROUND), acknowledged(Ok(())));
+    assert_eq!(session.take_lock_step_request(), Some(LockStepRequest::Enter));
+    assert_eq!(session.take_lock_step_request(), None, "once");
+    assert_eq!(in_lock_step(&mut session, step()), []);
+    assert_eq!(session.take_lock_step_request(), Some(LockStepRequest::Step(1001)));
+    // Repeated, since the answer was lost: it is announced again, whatever is pending.
+    send_by(TickOrigin::LockStep, &mut session, Uplink::Command(Command::Arm), GROUND);
+    assert_eq!(in_lock_step(&mut session, Uplink::LockStep(true)), acknowledged(Ok(())));
+    assert_eq!(session.take_lock_step_request(), Some(LockStepRequest::Enter));
+    let left = send_by(TickOrigin::LockStep, &mut session, Uplink::LockStep(false), FLYING);
+    assert_eq!(left, acknowledged(Ok(())));
+    assert_eq!(session.take_lock_step_request(), Some(LockStepRequest::Leave));
+    assert_eq!(send(&mut session, Uplink::LockStep(false), GROUND), acknowledged(Ok(())));
+    assert_eq!(session.take_lock_step_request(), None);
 }
 
 #[test]
 fn commands_that_wait_at_the_end_of_lock_step_are_refused() {
     let mut session = session();
-    let in_step = Progress { in_step: true, ..GROUND };
-    session.keep_pace(true);
-    say(&mut session, Uplink::Command(Command::Arm), in_step);
-    session.keep_pace(true);
-    assert_eq!(session.next_answer(), None);
+    send(&mut session, Uplink::Command(Command::Arm), GROUND);
     assert_eq!(session.next_command(), Some(Command::Arm));
-    say(&mut session, Uplink::Command(Command::Start), in_step);
-    session.keep_pace(false);
+    send(&mut session, Uplink::Command(Command::Start), GROUND);
+    session.refuse_commands();
     assert_eq!(session.next_answer(), acknowledged(Err(Rejection::NotNow)).pop());
     session.answered(Ok(Mode::Armed));
+    assert_eq!(session.next_answer(), acknowledged(Ok(())).pop());
     assert_eq!(session.next_command(), None);
-    // By the clock they are obeyed as ever.
-    say(&mut session, Uplink::Command(Command::Disarm), GROUND);
-    session.keep_pace(false);
+    // By the timer they are carried out as ever.
+    send(&mut session, Uplink::Command(Command::Disarm), GROUND);
     assert_eq!(session.next_command(), Some(Command::Disarm));
+}
+
+/// A sample at `x` (m) of a tick.
+fn sample_at(x: f32, tick: u64) -> Uplink {
+    Uplink::State { tick, state: VehicleState::at_rest(Vec3::X * x) }
+}
+
+/// Position along x (m) of the sample in use.
+fn x_in_use(session: &HostSession) -> f32 {
+    session.sample(FLYING.uptime).unwrap().state.position_world.x
+}
+
+#[test]
+fn in_flight_a_sample_older_than_the_newest_is_dropped_and_counted() {
+    let mut session = session();
+    for (x, tick) in [(1.0, 7), (2.0, 9), (3.0, 8), (4.0, 6)] {
+        assert_eq!(send(&mut session, sample_at(x, tick), FLYING), []);
+    }
+    assert_eq!((x_in_use(&session), session.late()), (2.0, 2));
+    send(&mut session, sample_at(5.0, 9), FLYING);
+    assert_eq!(x_in_use(&session), 5.0, "a tick may be repeated");
+}
+
+#[test]
+fn a_late_sample_does_not_renew_the_age_of_the_one_in_use() {
+    let mut session = session();
+    send(&mut session, sample_at(1.0, 9), FLYING);
+    let later = ControlStatus { uptime: FLYING.uptime + 4, ..FLYING };
+    send(&mut session, sample_at(2.0, 8), later);
+    assert_eq!(session.sample(later.uptime).unwrap().age_ticks, 4);
+    assert_eq!(session.sample(later.uptime + 1), None);
+}
+
+#[test]
+fn the_ticks_of_references_have_an_order_of_their_own() {
+    let mut session = session();
+    let stream = Uplink::SelectTrajectory(TrajectorySelection::Stream);
+    send(&mut session, stream, GROUND);
+    let place = |x: f32| Reference::hover(Vec3::X * x);
+    send(&mut session, sample_at(1.0, 500), FLYING);
+    for (x, tick) in [(1.0, 20), (2.0, 19)] {
+        send(&mut session, Uplink::Reference { tick, reference: place(x) }, FLYING);
+    }
+    assert_eq!((session.reference(FLYING), session.late()), (place(1.0), 1));
+}
+
+#[test]
+fn a_handshake_and_a_new_flight_let_ticks_begin_anew() {
+    let mut session = session();
+    send(&mut session, sample_at(1.0, 5000), FLYING);
+    send(&mut session, sample_at(2.0, 0), FLYING);
+    assert_eq!(x_in_use(&session), 1.0, "a host that restarts without a handshake");
+    send(&mut session, Uplink::Hello, FLYING);
+    send(&mut session, sample_at(3.0, 0), FLYING);
+    assert_eq!(x_in_use(&session), 3.0);
+    send(&mut session, sample_at(4.0, 5000), FLYING);
+    let ground = ControlStatus { uptime: FLYING.uptime, ..GROUND };
+    send(&mut session, sample_at(5.0, 0), ground);
+    send(&mut session, sample_at(6.0, 1), FLYING);
+    assert_eq!((x_in_use(&session), session.late()), (6.0, 1));
 }

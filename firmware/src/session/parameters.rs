@@ -1,0 +1,72 @@
+//! Parameters of the chosen controller, by name and by index.
+
+use ctrl_core::controller::AdaptiveController;
+use link::{ControllerKind, Downlink, ParameterValue, Parameters, Rejection, Uplink};
+
+use super::{HostSession, copy};
+use crate::scenario::Tuning;
+
+impl HostSession<'_> {
+    /// Takes a tuning if its controller is valid and accepts the selected trajectory.
+    pub(super) fn tune(&mut self, tuning: Tuning) -> Result<(), Rejection> {
+        let law = tuning.controller()?;
+        if let Some(trajectory) = self.memory.references.trajectory() {
+            law.accept(trajectory)?;
+        }
+        (self.tuning, self.law, self.law_changed) = (tuning, law, true);
+        self.in_force.changed = true;
+        Ok(())
+    }
+
+    /// Writes one parameter, if the whole configuration is then valid.
+    pub(super) fn write_parameter(&mut self, name: &str, value: f32) -> Result<(), Rejection> {
+        let tuning = self.with_parameter(name, value).ok_or(Rejection::UnknownParameter)?;
+        self.tune(tuning)
+    }
+
+    fn with_parameter(&self, name: &str, value: f32) -> Option<Tuning> {
+        let Tuning { kind, robust_adaptive, saturated } = self.tuning;
+        Some(match kind {
+            ControllerKind::RobustAdaptive => Tuning {
+                robust_adaptive: robust_adaptive.with_parameter(name, value)?,
+                ..self.tuning
+            },
+            ControllerKind::Saturated => {
+                Tuning { saturated: saturated.with_parameter(name, value)?, ..self.tuning }
+            }
+        })
+    }
+
+    /// The parameter that a message asks for.
+    pub(super) fn read_parameter(&self, message: &Uplink) -> Result<Downlink, Rejection> {
+        let index = match message {
+            Uplink::ParameterAt { index } => Some(*index),
+            Uplink::ParameterRead { name } => self.parameter_index(name),
+            _ => None,
+        };
+        let index = index.ok_or(Rejection::UnknownParameter)?;
+        let value = match self.tuning.kind {
+            ControllerKind::RobustAdaptive => parameter_in(self.tuning.robust_adaptive, index),
+            ControllerKind::Saturated => parameter_in(self.tuning.saturated, index),
+        };
+        value.map(Downlink::Parameter).ok_or(Rejection::UnknownParameter)
+    }
+
+    fn parameter_index(&self, name: &str) -> Option<u16> {
+        match self.tuning.kind {
+            ControllerKind::RobustAdaptive => {
+                parameter_index_in(&self.tuning.robust_adaptive, name)
+            }
+            ControllerKind::Saturated => parameter_index_in(&self.tuning.saturated, name),
+        }
+    }
+}
+
+fn parameter_index_in<C: Parameters>(_: &C, name: &str) -> Option<u16> {
+    C::parameter_index(name)
+}
+
+fn parameter_in<C: Parameters>(config: C, index: u16) -> Option<ParameterValue> {
+    let (name, value) = config.parameter_at(index)?;
+    Some(ParameterValue { index, count: C::TABLE.len() as u16, name: copy(name), value })
+}
