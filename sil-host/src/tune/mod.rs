@@ -1,6 +1,7 @@
 //! `tune`: gains from what is known of a vehicle, the closed loop that they make, and a check of both.
 //! `docs/tune.md` derives the method.
 
+mod assembly;
 pub mod check;
 pub mod design;
 mod digits;

@@ -220,6 +220,6 @@ fn out_of_range(law: &ControllerConfig, ultimate: &Ultimate) -> Option<Infeasibl
             "a larger wanted.attitude_bandwidth".to_owned(),
             "a larger wanted.position_range".to_owned(),
         ],
-        mend: None,
+        remedy: None,
     })
 }

@@ -4,9 +4,9 @@ use ctrl_core::config::CascadeGains;
 use ctrl_core::vehicle::GRAVITY;
 use sim::guarantee::bounds::ThrustBounds;
 
-use super::design::assembled;
+use super::assembly::assembled;
 use super::digits::rounded_down;
-use super::infeasible::{Infeasible, Mend};
+use super::infeasible::{Infeasible, Remedy};
 use super::request::Request;
 use sim::number::number;
 
@@ -39,7 +39,7 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
                 ),
                 "a smaller wanted.position_bandwidth or wanted.position_range".to_owned(),
             ],
-            mend: None,
+            remedy: None,
         });
     }
     let Some(limits) = request.limits else { return Ok(lift) };
@@ -51,7 +51,7 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
             right: thrust,
             unit: "m/s^2",
             remedies: vec![lower_demand()],
-            mend: Some((Mend::ThrustMax, room.thrust_for(needed / free))),
+            remedy: Some((Remedy::ThrustMax, room.thrust_for(needed / free))),
         });
     }
     let inertia = f64::from(request.known.inertia.upper);
@@ -66,7 +66,7 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
             right: most,
             unit: "N m",
             remedies: vec![lower_demand()],
-            mend: Some((Mend::TorqueMax, torque(needed) / free)),
+            remedy: Some((Remedy::TorqueMax, torque(needed) / free)),
         });
     }
     let steerable = (most - request.lasting_torque) * G / (inertia * bandwidth * bandwidth) - d1;
@@ -155,7 +155,7 @@ pub(super) fn auxiliary_gain(request: &Request, attitude: f64) -> Result<f64, In
             right: most,
             unit: "N m",
             remedies,
-            mend: Some((Mend::TorqueMax, torque / free)),
+            remedy: Some((Remedy::TorqueMax, torque / free)),
         });
     }
     let followed = ((most - request.lasting_torque) / (inertia * core::f64::consts::TAU)).sqrt();
