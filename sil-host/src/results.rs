@@ -1,4 +1,4 @@
-//! What a run leaves behind for a scenario: `trace.csv`, one SVG a figure, and `index.html`.
+//! Files of a scenario's results: `trace.csv`, one SVG per figure, and `index.html`.
 
 use std::fs::{self, File};
 use std::io;

@@ -30,7 +30,7 @@ const ROTATION_SLOPES: [f64; 5] = [4.0, 2.0, 1.0, 0.5, 0.25];
 /// Share of the position loop's damping that the coupling term may take or give.
 const COUPLING: f64 = 0.02;
 
-/// By how much a factor of the guess grows at a time, and how often at most.
+/// Growth of a factor of the guess at a time, and the most times.
 const GROWTH: f64 = 1.04;
 const ROUNDS: u32 = 60;
 
@@ -57,7 +57,7 @@ pub fn accept(law: &ControllerConfig) -> Result<(), ConfigError> {
     }
 }
 
-/// `law` with the share `margin` of its inequalities' room used up: accelerations larger, or the step
+/// `law` with the share `margin` of its inequalities' headroom used up: accelerations larger, or the step
 /// longer, by `1/(1 - margin)`. The core must still accept each.
 #[must_use]
 pub fn stressed(law: &ControllerConfig, margin: f64) -> [ControllerConfig; 2] {
@@ -108,7 +108,7 @@ fn attempt(request: &Request) -> Result<ControllerConfig, Infeasible> {
     Ok(law)
 }
 
-/// Whether the core accepts `law` with `margin` to spare.
+/// Checks that the core accepts `law` with `margin`.
 ///
 /// # Errors
 /// The first condition that does not hold, as it stands under the stress.

@@ -25,7 +25,7 @@ use proposal::Proposal;
 use request::{Request, WantedOptions};
 use sim::scenario::{LoadedScenario, ScenarioError};
 
-/// Why nothing was proposed or written.
+/// Cause of a proposal that was not made or written.
 #[derive(Clone, Debug)]
 pub enum TuneError {
     /// The request cannot be read, or a value is out of its range.

@@ -1,4 +1,4 @@
-//! The room that thrust and torque leave to the gains, with the margin taken off.
+//! Headroom that thrust and torque leave to the gains, less the margin.
 
 use ctrl_core::config::CascadeGains;
 use ctrl_core::vehicle::GRAVITY;
@@ -15,7 +15,7 @@ const G: f64 = GRAVITY as f64;
 /// `M1` is at least so many times `D1`, so that a lasting push takes it only half to its limit.
 const PUSH: f64 = 2.0;
 
-/// What rounding to `f32` may take of the margin.
+/// Share of the margin that rounding to `f32` may take.
 const ROUNDING: f64 = 1e-6;
 
 /// `M1 + M2` (m/s^2): as much as thrust and torque leave with margin.
@@ -78,7 +78,7 @@ fn lower_demand() -> String {
         .to_owned()
 }
 
-/// Room for `M1 + M2` (m/s^2).
+/// Headroom for `M1 + M2` (m/s^2).
 struct ThrustRoom {
     /// Below (19).
     lift: f64,
