@@ -1,4 +1,4 @@
-//! Which runs the report replays; they are flown again from their seeds.
+//! Runs that the report replays, flown again from their seeds.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -21,20 +21,20 @@ pub struct Choice {
     pub variant: usize,
     /// Seed of the run.
     pub seed: u32,
-    /// Why it is shown.
+    /// Reasons for which it is shown.
     pub reasons: Vec<String>,
 }
 
 /// A run that was flown again.
 #[derive(Clone, Debug, Serialize)]
 pub struct Flight {
-    /// What to call it in a list.
+    /// Name in a list.
     pub name: String,
     /// Number of the variant.
     pub variant: usize,
     /// Seed of the run.
     pub seed: u32,
-    /// What was seen.
+    /// Recorded track.
     pub track: Track,
 }
 
