@@ -255,7 +255,10 @@ fn from_vehicle(
     };
     let middle = |interval: Interval| libm::sqrtf(interval.lower * interval.upper);
     let options = flags.or(file.wanted);
-    let lasting_torque = file.lasting_torque.unwrap_or(file.disturbance_torque.into());
+    // In the precision of `disturbance_torque`, to which it may be equal.
+    let lasting_torque =
+        file.lasting_torque.map_or(file.disturbance_torque, |torque| torque as f32);
+    let lasting_torque = f64::from(lasting_torque);
     Ok(Request {
         name: file.name,
         known,
