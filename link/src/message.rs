@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use super::frame::LinkStatistics;
 use super::{GROUPS, NAME_MAX, REGISTERS, TEXT_MAX, VERSION};
 use ctrl_core::allocation::Limited;
-use ctrl_core::controller::{Auxiliary, Estimates, StepStatus};
+use ctrl_core::controller::{Auxiliary, ControllerConfig, Estimates, StepStatus};
 use ctrl_core::error::{Bound, ConfigError};
 use ctrl_core::mode::{Cause, Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
@@ -177,6 +177,15 @@ pub enum ControllerKind {
     RobustAdaptive,
     /// Controller 2 (Theorem 2).
     Saturated,
+}
+
+impl From<&ControllerConfig> for ControllerKind {
+    fn from(config: &ControllerConfig) -> Self {
+        match config {
+            ControllerConfig::RobustAdaptive(_) => Self::RobustAdaptive,
+            ControllerConfig::Saturated(_) => Self::Saturated,
+        }
+    }
 }
 
 /// Who is there.

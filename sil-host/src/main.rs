@@ -60,9 +60,9 @@ fn list() -> ExitCode {
 
 fn show(name: &str) -> ExitCode {
     let Some(scenario) = BuiltIn::named(name) else {
-        let error = std::io::ErrorKind::NotFound.into();
         let known = BUILT_IN.iter().map(|scenario| scenario.name);
-        eprintln!("error: {name}: {}", sim::scenario::not_found(name, &error, "scenarios", known));
+        let reason = &"no built-in scenario";
+        eprintln!("error: {name}: {}", sim::scenario::not_found(name, reason, "scenarios", known));
         return ExitCode::from(WRONG_USAGE);
     };
     print!("{}", scenario.text);

@@ -62,7 +62,10 @@ fn shows_a_scenario_that_runs_as_a_file() {
 fn unknown_names_are_wrong_usage() {
     let output = sil_host(&["show", "paper"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(complained(&output).contains("no built-in scenario `paper`; there are paper-robust"));
+    assert!(
+        complained(&output)
+            .contains("paper: no built-in scenario; did you mean `paper-saturated`?")
+    );
     let output = run("unknown", &["paper"]);
     assert_eq!(output.status.code(), Some(2));
     let message = complained(&output);

@@ -60,8 +60,8 @@ fn the_same_scenario_leaves_the_same_bytes() {
 fn what_is_no_format_or_no_rate_is_wrong_usage() {
     for (arguments, said) in [
         (["--log", "csv"], "the formats are ulog and mcap"),
-        (["--log-rate", "0"], "must be above zero [Hz]"),
-        (["--log-rate", "often"], "expected a number [Hz]"),
+        (["--log-rate", "0"], "must be finite and above 0 Hz"),
+        (["--log-rate", "often"], "expected a rate in Hz"),
     ] {
         let output = fly(&fresh("wrong"), &arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");

@@ -3,7 +3,7 @@
 
 use ctrl_core::config::Checkpoint;
 use ctrl_core::controller::ControllerConfig;
-use ctrl_core::controller::{Auxiliary, AdaptiveController};
+use ctrl_core::controller::{AdaptiveController, Auxiliary};
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;

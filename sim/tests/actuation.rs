@@ -3,7 +3,6 @@
 
 use ctrl_core::vehicle::{GRAVITY, Wrench};
 use glam::{DQuat, DVec3, Vec3};
-use sim::guarantee::lyapunov::Evaluator;
 use sim::guarantee::{Guarantees, Requirement, Verdict};
 use sim::observer::Observer;
 use sim::plant::actuation::{ActuationConfig, Actuators};

@@ -2,7 +2,6 @@
 //! alike, and the short way round.
 
 use ctrl_core::controller::AdaptiveController;
-use ctrl_core::controller::TrackingController;
 use ctrl_core::rotation::{from_axes, inverse_mul, quaternion_rate, renormalised};
 use ctrl_core::vehicle::{VehicleState, Wrench};
 use glam::{DQuat, DVec3, Mat3, Quat};

@@ -2,7 +2,7 @@
 //! little, enters `w_a` (39); without saturation a decayed system comes to rest.
 
 use ctrl_core::controller::ControllerConfig;
-use ctrl_core::controller::{Auxiliary, TrackingController};
+use ctrl_core::controller::{AdaptiveController, Auxiliary, TrackingController};
 use ctrl_core::reference::Reference;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::vehicle::VehicleState;

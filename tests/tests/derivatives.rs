@@ -7,7 +7,6 @@
 //! the tick in a violent start.
 
 use ctrl_core::controller::AdaptiveController;
-use ctrl_core::controller::TrackingController;
 use ctrl_core::vehicle::Wrench;
 use glam::DVec3;
 use sim::plant::{Disturbance, PlantState};

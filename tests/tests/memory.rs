@@ -2,7 +2,7 @@
 //! at every tick, so that what they differ by is what their discrete updates accumulate.
 
 use ctrl_core::controller::AdaptiveController;
-use ctrl_core::controller::{StepStatus, TrackingController};
+use ctrl_core::controller::StepStatus;
 use glam::DVec3;
 use sim::plant::{Disturbance, PlantState};
 use system_tests::accuracy::Accuracy;

@@ -117,7 +117,7 @@ fn over_usart2_it_does_the_same_in_lock_step() {
 }
 
 fn assert_conversation(said: &Value) {
-    let flown = flown().unwrap();
+    let flown = built_in_mission().unwrap();
     assert_eq!(flown.tuning.kind, ControllerKind::Saturated);
     let config = flown.tuning.saturated;
     assert_examples(&said["examples"]);

@@ -65,10 +65,7 @@ fn select_controller(
     controller: &ControllerConfig,
     state: VehicleState,
 ) -> Result<(), PilError> {
-    let kind = match controller {
-        ControllerConfig::RobustAdaptive(_) => ControllerKind::RobustAdaptive,
-        ControllerConfig::Saturated(_) => ControllerKind::Saturated,
-    };
+    let kind = ControllerKind::from(controller);
     session.demand("the controller", Uplink::SelectController(kind), state)?;
     match controller {
         ControllerConfig::RobustAdaptive(config) => write_all(session, config, state),

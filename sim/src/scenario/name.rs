@@ -1,6 +1,6 @@
 //! Names that become parts of paths.
 
-use std::io;
+use std::fmt;
 
 use super::error::nearest;
 
@@ -21,19 +21,19 @@ pub fn check_name(name: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Message for `name`, which is neither a file that can be read nor one of the `known` names of
-/// built-in `kind`.
+/// Message for `name`, which is neither a file that can be read, for `reason`, nor one of the `known`
+/// names of built-in `kind`.
 #[must_use]
 pub fn not_found<'a>(
     name: &str,
-    error: &io::Error,
+    reason: &dyn fmt::Display,
     kind: &str,
     known: impl Iterator<Item = &'a str>,
 ) -> String {
     let known: Vec<_> = known.collect();
     let hint = nearest(name, known.iter().copied())
         .map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
-    format!("{error}{hint}; built-in {kind}: {}", known.join(", "))
+    format!("{reason}{hint}; built-in {kind}: {}", known.join(", "))
 }
 
 #[cfg(test)]
@@ -57,7 +57,7 @@ mod tests {
 
     #[test]
     fn a_misspelt_name_gets_the_nearest_one() {
-        let error = io::Error::from(io::ErrorKind::NotFound);
+        let error = "no such file";
         let message = |name| {
             not_found(name, &error, "scenarios", ["paper-saturated", "lemniscate"].into_iter())
         };

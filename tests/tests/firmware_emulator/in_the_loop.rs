@@ -31,7 +31,7 @@ fn flown(name: &str, changes: &[&str]) -> (OnBoard, Kept, LoadedScenario) {
     let (mut session, _) = Session::boot(&emulator("firmware"), &[]).unwrap();
     set_up(&mut session, loaded.scenario()).unwrap();
     let mut kept = Kept::default();
-    let on_board = fly(&loaded, &mut session, &mut kept, None).unwrap();
+    let on_board = fly(&loaded, &mut session, &mut kept, &|_| ()).unwrap();
     (on_board, kept, loaded)
 }
 
@@ -71,7 +71,7 @@ fn a_difference_names_the_first_tick_and_number() {
     let tuned = LoadedScenario::open("paper-saturated", &set).unwrap();
     let (mut session, _) = Session::boot(&emulator("firmware"), &[]).unwrap();
     set_up(&mut session, tuned.scenario()).unwrap();
-    let on_board = fly(&loaded, &mut session, &mut Kept::default(), None).unwrap();
+    let on_board = fly(&loaded, &mut session, &mut Kept::default(), &|_| ()).unwrap();
     let difference = on_board.difference.expect("another gain");
     assert!(difference.tick < 10, "{difference}");
     assert_ne!(difference.vehicle, difference.host);
@@ -110,7 +110,7 @@ fn a_recorded_flight_is_flown_again_by_host_and_image() {
     let emulator = emulator("firmware");
     let (mut session, _) = Session::boot_recorded(&emulator, &[], Some(blank)).unwrap();
     set_up(&mut session, loaded.scenario()).unwrap();
-    fly(&loaded, &mut session, &mut Kept::default(), None).unwrap();
+    fly(&loaded, &mut session, &mut Kept::default(), &|_| ()).unwrap();
     let mut recording = session.take_recording().unwrap();
     let replayed = replay(&recording, &emulator).unwrap();
     assert!(replayed.same() && replayed.packets > 500, "{replayed:?}");

@@ -4,12 +4,11 @@ use std::fs;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
-use sil_host::cli::{LogArguments, PilArguments, RunArguments};
+use sil_host::log::LogOptions;
 use sil_host::log::format::Format;
-use sil_host::pil::emulator::Emulator;
-use sil_host::pil::fault::FaultDirection;
-use sil_host::pil::pil;
-use sil_host::run::run;
+use sil_host::pil::flight::{FaultOptions, PilOptions, fly_recorded};
+use sil_host::run::{FlightOptions, fly};
+use sim::scenario::LoadedScenario;
 
 use crate::PAPER;
 use crate::emulator::emulator;
@@ -19,50 +18,33 @@ fn formats() -> Vec<Format> {
     ["ulog", "mcap"].iter().filter_map(|name| name.parse().ok()).collect()
 }
 
-/// How to fly both of the paper's scenarios for a second into a directory of this name.
-fn arguments(name: &str) -> RunArguments {
+/// Every tick and every format into a directory of this name.
+fn options(name: &str) -> FlightOptions {
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("logs").join(name);
     let _ = fs::remove_dir_all(&out);
-    RunArguments {
-        scenarios: PAPER.map(str::to_owned).to_vec(),
-        changes: vec!["duration=1".to_owned(), "guarantees.settle_time=0".to_owned()],
-        out,
-        trace_every: NonZeroU32::MIN,
-        log: LogArguments { formats: formats(), rate: 200.0 },
-        seed: Some(5),
-        quiet: true,
-        json: false,
-    }
-}
-
-fn on_the_image(run: RunArguments) -> PilArguments {
-    let Emulator { program: qemu, image, shift } = emulator("firmware");
-    PilArguments {
-        run,
-        qemu,
-        image,
-        shift,
-        port: None,
-        baud: 0, // of a port, which there is none
-        lock_step: false,
-        compare: true,
-        record: None,
-        replay: None,
-        fault: Vec::new(),
-        fault_direction: FaultDirection::default(),
-        fault_rate: 0.0,
-    }
+    let log = LogOptions { formats: formats(), rate: 200.0 };
+    FlightOptions { out, trace_every: NonZeroU32::MIN, log }
 }
 
 #[test]
 fn logs_are_those_of_sil_to_the_byte() {
-    let (sil, vehicle) = (arguments("sil"), arguments("vehicle"));
+    let (sil, vehicle) = (options("sil"), options("vehicle"));
     let outs: [PathBuf; 2] = [sil.out.clone(), vehicle.out.clone()];
-    let passed = run(&sil).unwrap();
-    assert_eq!(pil(&on_the_image(vehicle)).unwrap(), passed);
-    let files = formats().into_iter().map(Format::file_name).chain(["trace.csv"]);
-    for file in files {
-        for scenario in PAPER {
+    let pil = PilOptions {
+        flight: vehicle,
+        emulator: emulator("firmware"),
+        port: None,
+        lock_step: false,
+        record: None,
+        faults: FaultOptions::default(),
+    };
+    for scenario in PAPER {
+        let changes = ["duration=1", "guarantees.settle_time=0", "seed=5"].map(str::to_owned);
+        let loaded = LoadedScenario::open(scenario, &changes).unwrap();
+        let report = fly(&loaded, &sil, &|_| ()).unwrap();
+        let (on_board, comparison) = fly_recorded(&loaded, &pil, &|_| ()).unwrap();
+        assert_eq!((on_board.passed(), comparison.difference), (report.passed(), None));
+        for file in formats().into_iter().map(Format::file_name).chain(["trace.csv"]) {
             let [sil, vehicle] =
                 outs.each_ref().map(|out| fs::read(out.join(scenario).join(file)).unwrap());
             assert!(sil.len() > 50_000, "{scenario}/{file}: {}", sil.len());

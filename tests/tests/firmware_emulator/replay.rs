@@ -6,11 +6,9 @@ use std::{env, fs};
 
 use ctrl_core::controller::TrackingController;
 use ctrl_core::reference::Reference;
-use ctrl_core::robust_adaptive::RobustAdaptive;
-use ctrl_core::saturated::Saturated;
 use ctrl_core::vehicle::VehicleState;
 use firmware::replay::{Reply, Sample};
-use firmware::scenario::{ControllerConfig, Scenario};
+use firmware::scenario::Scenario;
 use glam::{Quat, Vec3};
 
 use crate::closed_loop::{Recording, fly};
@@ -39,16 +37,9 @@ fn replay(scenario: &str, test: &str, samples: &[Sample]) -> Vec<Reply> {
 
 /// Replies of the same law on the host.
 fn replay_on_host(scenario: &str, samples: &[Sample]) -> Vec<Reply> {
-    fn steps<C: TrackingController>(controller: &C, samples: &[Sample]) -> Vec<Reply> {
-        let mut state = controller.initial_state();
-        samples.iter().map(|sample| sample.step(controller, &mut state)).collect()
-    }
-    match Scenario::named(scenario).unwrap().load().unwrap().controller {
-        ControllerConfig::RobustAdaptive(config) => {
-            steps(&RobustAdaptive::new(&config).unwrap(), samples)
-        }
-        ControllerConfig::Saturated(config) => steps(&Saturated::new(&config).unwrap(), samples),
-    }
+    let controller = Scenario::named(scenario).unwrap().load().unwrap().controller.build().unwrap();
+    let mut state = controller.initial_state();
+    samples.iter().map(|sample| sample.step(&controller, &mut state)).collect()
 }
 
 /// Asserts that every reply has the same bits.
@@ -99,19 +90,11 @@ fn good_sample(tick: usize) -> Sample {
     Sample { vehicle, reference: Reference::hover(Vec3::ZERO) }
 }
 
-/// What SIL's flight of a scenario gives the controller.
+/// Inputs of the controller in SIL's flight of a scenario.
 fn recorded(scenario: &str) -> Vec<Sample> {
     let samples = RefCell::new(Vec::new());
-    match Scenario::named(scenario).unwrap().load().unwrap().controller {
-        ControllerConfig::RobustAdaptive(config) => {
-            let law = RobustAdaptive::new(&config).unwrap();
-            fly(scenario, TICKS, Recording { law, samples: &samples });
-        }
-        ControllerConfig::Saturated(config) => {
-            let law = Saturated::new(&config).unwrap();
-            fly(scenario, TICKS, Recording { law, samples: &samples });
-        }
-    }
+    let law = Scenario::named(scenario).unwrap().load().unwrap().controller.build().unwrap();
+    fly(scenario, TICKS, Recording { law, samples: &samples });
     samples.into_inner()
 }
 

@@ -7,7 +7,7 @@ use ctrl_core::controller::StepStatus;
 use ctrl_core::mode::{Cause, Command, Mode, Refusal, SAFE};
 use ctrl_core::trajectory::{Leg, MAX_LEGS, TrajectoryConfig};
 use ctrl_core::vehicle::VehicleState;
-use firmware::scenario::{ControllerConfig, Scenario};
+use firmware::scenario::Scenario;
 use firmware::vehicle::vehicle_config;
 use glam::Vec3;
 use link::{
@@ -25,10 +25,7 @@ fn on_the_ground(scenario: &str, directives: &[&str]) -> (Vehicle, VehicleState)
     let loaded = LoadedScenario::open(scenario, &[]).unwrap();
     let state = loaded.scenario().initial.state().measured();
     let document = Scenario::named(scenario).unwrap().load().unwrap();
-    let kind = match document.controller {
-        ControllerConfig::RobustAdaptive(_) => ControllerKind::RobustAdaptive,
-        ControllerConfig::Saturated(_) => ControllerKind::Saturated,
-    };
+    let kind = ControllerKind::from(&document.controller);
     let TrajectoryConfig::RisingCircle(circle) = document.trajectory else {
         panic!("the paper's trajectory");
     };

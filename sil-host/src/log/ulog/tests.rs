@@ -7,6 +7,7 @@ use glam::{DQuat, DVec3};
 
 use super::*;
 use ctrl_core::controller::ControllerConfig;
+use sim::evaluation::Evaluation;
 use sim::guarantee::lyapunov::Evaluator;
 use sim::guarantee::test_flight::{VEHICLE, both, sample};
 use sim::tick::Tick;
@@ -133,7 +134,8 @@ fn data_are_number_time_and_fields_little_endian() {
     assert_eq!(body("vehicle_thrust_setpoint"), [&time, &time, &thrust[..]].concat());
     let status = [&time[..], &tick.tick.to_le_bytes(), &tick.output.status.bits().to_le_bytes()];
     assert_eq!(body("gyrfalcon_status"), status.concat());
-    let values = [evaluation.value, evaluation.parameter_part, evaluation.decrease];
+    let Evaluation { value, parameter_part, decrease, .. } = tick.evaluation;
+    let values = [value, parameter_part, decrease];
     let values: Vec<_> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
     assert_eq!(body("gyrfalcon_lyapunov"), [&time, &values[..]].concat());
 }
