@@ -82,8 +82,8 @@ impl Names {
                 known.then_some(()).ok_or(format!("no {kind} `{name}`"))?;
             }
         }
-        let features = value("--features").into_iter().flat_map(|features| features.split(','));
-        features.map(|feature| self.check_feature(feature, &packages)).collect()
+        let mut features = value("--features").into_iter().flat_map(|features| features.split(','));
+        features.try_for_each(|feature| self.check_feature(feature, &packages))
     }
 
     fn check_feature(&self, feature: &str, packages: &[&Package]) -> Result<(), String> {
