@@ -16,9 +16,11 @@
 //! 3. yaw is scaled down to the room that is left.
 
 use glam::{DMat4, DVec4, Vec3, Vec4};
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Bound, ConfigError, require};
+use crate::list::List;
 use crate::sqrt::sqrt;
 use crate::vehicle::{Interval, Wrench};
 
@@ -29,19 +31,22 @@ pub const MAX_ROTORS: usize = 8;
 /// below this f32 loses three digits.
 const INDEPENDENCE_MIN: f32 = 1e-4;
 
-/// Which way a rotor turns, seen from above (from body +z).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Direction of rotation of a rotor, seen from above (from body +z).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Spin {
     /// Its reaction turns the body anticlockwise: positive yaw torque.
+    #[default]
     Clockwise,
     /// Its reaction turns the body clockwise: negative yaw torque.
     Anticlockwise,
 }
 
 /// One rotor.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Rotor {
     /// `r`: position relative to the centre of mass, body axes (m).
     pub position_body: Vec3,
@@ -54,11 +59,12 @@ pub struct Rotor {
 }
 
 /// The rotors of a vehicle, in the order of the outputs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct RotorGeometry {
     /// Four to [`MAX_ROTORS`] rotors.
-    pub rotors: heapless::Vec<Rotor, MAX_ROTORS>,
+    pub rotors: List<Rotor, MAX_ROTORS>,
 }
 
 impl RotorGeometry {
@@ -83,13 +89,14 @@ impl RotorGeometry {
             let position_body = Vec3::new(x, y, 0.0);
             Rotor { position_body, spin, torque_ratio, thrust }
         });
-        Self { rotors: first(rotors) }
+        Self { rotors: List::taking(rotors) }
     }
 }
 
 bitflags::bitflags! {
     /// What the rotors' limits took from the commanded wrench.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
     pub struct Limited: u8 {
         /// Roll and pitch torque were scaled down.
         const ROLL_PITCH = 1 << 0;
@@ -103,16 +110,16 @@ bitflags::bitflags! {
 }
 
 /// The thrust of each rotor (N), in the order of the geometry.
-pub type RotorThrusts = heapless::Vec<f32, MAX_ROTORS>;
+pub type RotorThrusts = List<f32, MAX_ROTORS>;
 
 /// Wrench to rotor thrusts, validated and prepared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Allocator {
-    channels: heapless::Vec<Channel, MAX_ROTORS>,
+    channels: List<Channel, MAX_ROTORS>,
 }
 
 /// One rotor as the allocator sees it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Channel {
     /// Column of `B`.
     effect: Vec4,
@@ -138,7 +145,7 @@ impl Allocator {
             let share = inverse * (effect.as_dvec4() / scale) / scale;
             Channel { effect, share: share.as_vec4(), limits: rotor.thrust }
         });
-        let allocator = Self { channels: first(channels) };
+        let allocator = Self { channels: List::taking(channels) };
         for channel in &allocator.channels {
             let share = channel.share.x;
             require("rotors (share of the thrust)", share, Bound::Positive, "makes room")?;
@@ -179,7 +186,7 @@ impl Allocator {
     /// The thrusts for a (thrust, roll, pitch, yaw), clamped to the limits.
     fn thrusts(&self, command: Vec4) -> RotorThrusts {
         let thrust = |channel: &Channel| channel.limits.clamp(channel.share.dot(command));
-        first(self.channels.iter().map(thrust))
+        List::taking(self.channels.iter().map(thrust))
     }
 
     /// The command that the limits leave of (thrust, roll, pitch, yaw).
@@ -251,17 +258,6 @@ impl Interval {
     fn clamp(&self, x: f32) -> f32 {
         x.max(self.lower).min(self.upper)
     }
-}
-
-/// The items, up to the capacity; `collect` would panic beyond it.
-fn first<T>(items: impl Iterator<Item = T>) -> heapless::Vec<T, MAX_ROTORS> {
-    let mut vec = heapless::Vec::new();
-    for item in items {
-        if vec.push(item).is_err() {
-            break;
-        }
-    }
-    vec
 }
 
 /// Column of `B`: (thrust, roll, pitch, yaw) for each newton of the rotor.

@@ -17,6 +17,7 @@ pub mod config;
 pub mod controller;
 pub mod error;
 pub mod jet;
+pub mod list;
 pub mod mode;
 pub mod reference;
 pub mod robust_adaptive;

@@ -21,6 +21,7 @@
 use core::fmt;
 
 use glam::{Quat, Vec3};
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::controller::StepStatus;
@@ -31,7 +32,8 @@ use crate::vehicle::Wrench;
 pub const SAFE: Wrench = Wrench { thrust: 0.0, torque_body: Vec3::ZERO };
 
 /// What the vehicle is allowed to do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Mode {
     /// Rotors stopped.
     #[default]
@@ -47,7 +49,8 @@ pub enum Mode {
 }
 
 /// Why the mode was left for a safer one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Cause {
     /// Too many periods in a row without a good state sample.
     SamplesMissed,
@@ -60,7 +63,8 @@ pub enum Cause {
 }
 
 /// What an operator or host asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Command {
     /// Get ready to fly.
     Arm,
@@ -73,7 +77,8 @@ pub enum Command {
 }
 
 /// Why a command was refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Refusal {
     /// Arm first.
     NotArmed,
@@ -105,8 +110,9 @@ impl fmt::Display for Refusal {
 impl core::error::Error for Refusal {}
 
 /// What the failsafe does.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum FailsafePolicy {
     /// Stop the rotors at once.
     Cut,
@@ -120,8 +126,9 @@ pub enum FailsafePolicy {
 }
 
 /// Limits of the supervision.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SupervisorConfig {
     /// Largest angle between body z and the vertical at Arm and at Start on the ground (rad), in
     /// (0, pi/2].
@@ -352,7 +359,7 @@ impl Supervisor {
 
 /// Cosine of the angle between body z and world z; NaN for a quaternion without a direction.
 fn cos_tilt(attitude: Quat) -> f32 {
-    let Quat { x, y, .. } = attitude;
+    let (x, y) = (attitude.x, attitude.y);
     1.0 - 2.0 * (x * x + y * y) / attitude.length_squared()
 }
 

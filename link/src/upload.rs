@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::message::Rejection;
 use ctrl_core::error::ConfigError;
+use ctrl_core::list::List;
 use ctrl_core::trajectory::{Leg, MAX_LEGS, WaypointPath, WaypointPathConfig};
 
 /// Why a leg or a path was not taken.
@@ -65,7 +66,7 @@ impl PathUpload {
         if legs == 0 || usize::from(legs) > MAX_LEGS {
             return Err(UploadError::Count(legs));
         }
-        let path = WaypointPathConfig { start_world, yaw, legs: heapless::Vec::new() };
+        let path = WaypointPathConfig { start_world, yaw, legs: List::new() };
         *self = Self { announced: legs, path: Some(path) };
         Ok(())
     }

@@ -8,6 +8,7 @@ pub use any::{AnyController, AnyControllerState};
 pub use config::ControllerConfig;
 
 use glam::{Quat, Vec3};
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Bound, ConfigError, require};
@@ -17,7 +18,8 @@ use crate::vehicle::{VehicleState, Wrench, WrenchBounds};
 
 bitflags::bitflags! {
     /// Events of one step. Empty when the law was evaluated without any limit acting.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
     pub struct StepStatus: u16 {
         /// The wrench is the last one that was computed from good input (or the safe initial one).
         const OUTPUT_HELD = 1 << 0;
@@ -55,7 +57,8 @@ impl StepStatus {
 }
 
 /// Result of one step; `StepOutput::from(wrench)` is that of a law without limits or faults.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct StepOutput {
     /// The command, always finite and inside the controller's [`WrenchBounds`].
     pub wrench: Wrench,
@@ -72,7 +75,8 @@ impl From<Wrench> for StepOutput {
 }
 
 /// The controller's current estimates of the unknown parameters; zero where it has none.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Estimates {
     /// `beta`: inverse mass (1/kg).
     pub inverse_mass: f32,
@@ -95,7 +99,8 @@ impl Estimates {
 }
 
 /// The auxiliary system (38), (39) of controller 2; at rest for controller 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Auxiliary {
     /// `q_a`: auxiliary attitude.
     pub attitude: Quat,
