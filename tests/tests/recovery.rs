@@ -40,7 +40,7 @@ impl Air {
     }
 }
 
-/// The built-in scenario from the starts of issue 2: tilts evenly from 40 to 160 degrees, leaning to
+/// Starts of the built-in scenario: tilts evenly from 40 to 160 degrees, leaning to
 /// directions spread by the golden angle.
 fn starts(name: &str, air: Air) -> Vec<Case> {
     let start = |i: u32| {
