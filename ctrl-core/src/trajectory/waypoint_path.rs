@@ -112,7 +112,7 @@ impl WaypointPath {
         require_position("waypoint_path.start_world", config.start_world)?;
         require_yaw("waypoint_path.yaw", config.yaw)?;
         let count = Bound::Inside(1.0, MAX_LEGS as f32);
-        require("waypoint_path.legs (count)", config.legs.len() as f32, count, "capacity")?;
+        require("waypoint_path.legs (count)", config.legs.len() as f32, count, "number of legs")?;
         let mut from = Leg::to(config.start_world, 0.0);
         let mut segments = List::new();
         let mut acceleration_bound = 0.0f32;
@@ -162,7 +162,12 @@ impl Segment {
         require_position("waypoint_path.legs.position_world", to.position_world)?;
         let (speed, pull) = (to.velocity_world.abs(), to.acceleration_world.abs());
         let fastest = Bound::Inside(0.0, 1000.0);
-        require("waypoint_path.legs.velocity_world", largest(speed), fastest, "sanity")?;
+        require(
+            "waypoint_path.legs.velocity_world",
+            largest(speed),
+            fastest,
+            "fastest velocity at a waypoint, m/s",
+        )?;
         require_flyable("waypoint_path.legs.acceleration_world", largest(pull))?;
         let ticks = (to.duration / step_period + 0.5) as u32;
         Ok(Self::through(from, to, ticks, f64::from(ticks) * f64::from(step_period)))
