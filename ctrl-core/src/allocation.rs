@@ -8,7 +8,7 @@
 //! (f_1 .. f_n) = B^T (B B^T)^-1 (f, tau): the solution of least squares
 //! ```
 //!
-//! Where a rotor's limit does not allow that, roll and pitch torque come first, thrust second, yaw
+//! If a rotor's limit does not allow that, roll and pitch torque come first, thrust second, yaw
 //! torque last:
 //!
 //! 1. roll and pitch are scaled down together, only if no thrust makes room for them;
@@ -50,7 +50,7 @@ pub enum Spin {
 pub struct Rotor {
     /// `r`: position relative to the centre of mass, body axes (m).
     pub position_body: Vec3,
-    /// Which way it turns.
+    /// Direction of rotation.
     pub spin: Spin,
     /// `kappa`: reaction torque for each newton of thrust (m), positive.
     pub torque_ratio: f32,
@@ -94,7 +94,7 @@ impl RotorGeometry {
 }
 
 bitflags::bitflags! {
-    /// What the rotors' limits took from the commanded wrench.
+    /// Parts of the commanded wrench that the rotors' limits reduced.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
     pub struct Limited: u8 {
@@ -148,7 +148,12 @@ impl Allocator {
         let allocator = Self { channels: List::taking(channels) };
         for channel in &allocator.channels {
             let share = channel.share.x;
-            require("rotors (share of the thrust)", share, Bound::Positive, "makes room")?;
+            require(
+                "rotors (share of the thrust)",
+                share,
+                Bound::Positive,
+                "more thrust must not need less of a rotor",
+            )?;
         }
         Ok(allocator)
     }
@@ -293,13 +298,23 @@ fn inverse_gram(geometry: &RotorGeometry, scale: DVec4) -> Result<DMat4, ConfigE
 
 fn require_rotor(rotor: &Rotor) -> Result<(), ConfigError> {
     rotor.position_body.to_array().into_iter().try_for_each(|coordinate| {
-        require("rotors.position_body", coordinate, Bound::Inside(-100.0, 100.0), "a vehicle")
+        require(
+            "rotors.position_body",
+            coordinate,
+            Bound::Inside(-100.0, 100.0),
+            "distance from the centre of mass, m",
+        )
     })?;
     let ratio = Bound::Inside(1e-6, 10.0);
-    require("rotors.torque_ratio", rotor.torque_ratio, ratio, "yaw from reaction torque")?;
+    require("rotors.torque_ratio", rotor.torque_ratio, ratio, "reaction torque per thrust, m")?;
     let Interval { lower, upper } = rotor.thrust;
-    require("rotors.thrust.upper", upper, Bound::Inside(1e-3, 1e4), "a rotor")?;
-    require("rotors.thrust.lower", lower, Bound::Inside(0.0, 0.9 * upper), "room to control")
+    require("rotors.thrust.upper", upper, Bound::Inside(1e-3, 1e4), "thrust of one rotor, N")?;
+    require(
+        "rotors.thrust.lower",
+        lower,
+        Bound::Inside(0.0, 0.9 * upper),
+        "at most 0.9 of the upper limit",
+    )
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What the user configures: plain structs with units, checked once by a controller's constructor.
+//! Configuration by the user: plain structs with units, checked once by a controller's constructor.
 //!
 //! Gains carry the symbols of `docs/theory.md`; everything else is spelled out.
 
@@ -47,7 +47,7 @@ pub struct RobustAdaptiveConfig {
     pub step_period: f32,
     /// `M_p`: bound of each component of the reference acceleration (m/s^2).
     pub reference_acceleration_max: f32,
-    /// What is known of vehicle and disturbance.
+    /// Known bounds of vehicle and disturbance.
     pub uncertainty: Uncertainty,
     /// Estimates at the first step.
     pub initial: InitialEstimate,
@@ -68,7 +68,7 @@ pub struct SaturatedConfig {
     pub step_period: f32,
     /// `M_p`: bound of each component of the reference acceleration (m/s^2).
     pub reference_acceleration_max: f32,
-    /// What is known of vehicle and disturbance.
+    /// Known bounds of vehicle and disturbance.
     pub uncertainty: Uncertainty,
     /// Estimates at the first step.
     pub initial: InitialEstimate,
@@ -88,10 +88,10 @@ pub struct SaturatedConfig {
     pub gamma3: f32,
 }
 
-/// Where a controller may resume: what it has learnt, and how far the smoothing has decayed.
+/// Point of resumption of a controller: its estimates, and the decay of the smoothing.
 ///
 /// A controller's `resume` checks it and turns it into a state, so that a vehicle starts with the
-/// estimates of its last flight. Fields of the other controller are not looked at.
+/// estimates of its last flight. Fields of the other controller are ignored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]

@@ -1,4 +1,4 @@
-//! What passes between vehicle and controller, and what is known of the vehicle.
+//! Quantities exchanged between vehicle and controller, and known bounds of the vehicle.
 //!
 //! Frames and rotations follow [`crate::rotation`]; all units are SI.
 
@@ -6,7 +6,7 @@ use glam::{Quat, Vec3};
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-/// Standard value of the gravitational acceleration `g` (m/s^2); gravity is `-g e3`.
+/// Gravitational acceleration `g` of the paper (m/s^2), rounded from the standard 9.80665; gravity is `-g e3`.
 pub const GRAVITY: f32 = 9.81;
 
 /// Position, velocity, attitude and body rate of the vehicle at one tick.
@@ -36,7 +36,7 @@ impl VehicleState {
     }
 }
 
-/// What the controller asks of the rotors: collective thrust and torque.
+/// Command to the rotors: collective thrust and torque.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Wrench {
@@ -70,14 +70,14 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Whether `x` lies inside, ends included.
+    /// Returns `true` if `x` lies inside, ends included.
     #[must_use]
     pub fn contains(&self, x: f32) -> bool {
         self.lower <= x && x <= self.upper
     }
 }
 
-/// What is known of the vehicle and of what disturbs it (Assumptions 1 to 3).
+/// Known bounds of the vehicle and of its disturbances (Assumptions 1 to 3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]

@@ -9,7 +9,7 @@ use ctrl_core::error::ConfigError;
 use ctrl_core::list::List;
 use ctrl_core::trajectory::{CheckedPath, Leg, MAX_LEGS, WaypointPathConfig};
 
-/// Why a leg or a path was not taken.
+/// Reason for the refusal of a leg or a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum UploadError {
     /// More legs are announced than [`MAX_LEGS`], or none.

@@ -7,6 +7,8 @@ mod config;
 pub use any::{AnyController, AnyControllerState};
 pub use config::ControllerConfig;
 
+pub use crate::auxiliary::Auxiliary;
+
 use glam::{Quat, Vec3};
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -96,21 +98,6 @@ impl Estimates {
         inverse_inertia: Vec3::ZERO,
         gyroscopic_ratio: Vec3::ZERO,
     };
-}
-
-/// The auxiliary system (38), (39) of controller 2; at rest for controller 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-pub struct Auxiliary {
-    /// `q_a`: auxiliary attitude.
-    pub attitude: Quat,
-    /// `w_a`: auxiliary rate (rad/s).
-    pub rate: Vec3,
-}
-
-impl Auxiliary {
-    /// Identity attitude, zero rate: where it starts and stays while no torque saturates.
-    pub const REST: Self = Self { attitude: Quat::IDENTITY, rate: Vec3::ZERO };
 }
 
 /// Every intermediate quantity of one evaluation of the law, for tests, traces and monitors.

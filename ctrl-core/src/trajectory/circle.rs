@@ -17,7 +17,7 @@ use crate::error::{Bound, ConfigError, require};
 use crate::jet::Jet;
 use crate::reference::Reference;
 
-/// Where body x points on a circle.
+/// Heading of body x on a circle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -39,7 +39,7 @@ pub struct CircleConfig {
     pub radius: f32,
     /// `w`: angular rate (rad/s), positive anticlockwise.
     pub angular_rate: f32,
-    /// Where body x points.
+    /// Heading of body x.
     pub heading: Heading,
 }
 

@@ -9,7 +9,7 @@ use crate::error::ConfigError;
 use crate::jet::Jet;
 use crate::reference::Reference;
 
-/// Where to hover, and facing where.
+/// Position and heading of a hover.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]

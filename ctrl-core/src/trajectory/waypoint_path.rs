@@ -123,7 +123,7 @@ impl WaypointPathConfig {
         require_position("waypoint_path.start_world", self.start_world)?;
         require_yaw("waypoint_path.yaw", self.yaw)?;
         let count = Bound::Inside(1.0, MAX_LEGS as f32);
-        require("waypoint_path.legs (count)", self.legs.len() as f32, count, "capacity")?;
+        require("waypoint_path.legs (count)", self.legs.len() as f32, count, "number of legs")?;
         let mut from = Leg::to(self.start_world, 0.0);
         let mut acceleration_bound = 0.0f32;
         for leg in &self.legs {
@@ -299,7 +299,12 @@ fn require_leg(leg: &Leg, step_period: f32) -> Result<(), ConfigError> {
     require_position("waypoint_path.legs.position_world", leg.position_world)?;
     let (speed, pull) = (leg.velocity_world.abs(), leg.acceleration_world.abs());
     let fastest = Bound::Inside(0.0, 1000.0);
-    require("waypoint_path.legs.velocity_world", largest(speed), fastest, "sanity")?;
+    require(
+        "waypoint_path.legs.velocity_world",
+        largest(speed),
+        fastest,
+        "fastest velocity at a waypoint, m/s",
+    )?;
     require_flyable("waypoint_path.legs.acceleration_world", largest(pull))
 }
 
