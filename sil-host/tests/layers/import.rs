@@ -6,6 +6,7 @@
 //! A module's file may use its own parts (dispatch to them), or they may use what it defines: a circle that
 //! needs both directions is the module itself, not a circle of modules.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::source::{Source, without_strings};
@@ -75,7 +76,7 @@ impl Graph {
     /// One circle for each file that imports itself by way of others, in files, first and last the same;
     /// a circle is named once.
     pub fn circles(&self) -> Vec<String> {
-        let down = self.without(|from, to| is_ancestor(from, to));
+        let down = self.without(is_ancestor);
         let up = self.without(|from, to| is_ancestor(to, from));
         let mut met = BTreeSet::new();
         let mut circles = Vec::new();
@@ -114,8 +115,8 @@ impl Graph {
                     if import == start {
                         return Some(way_back(&from, start, file));
                     }
-                    if !from.contains_key(&import) {
-                        from.insert(import, file);
+                    if let Entry::Vacant(place) = from.entry(import) {
+                        place.insert(file);
                         next.push(import);
                     }
                 }
