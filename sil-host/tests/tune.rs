@@ -324,7 +324,7 @@ fn random_vehicles_get_gains_that_fly_or_a_reason() {
     assert!(feasible >= 40, "{feasible} of 60");
 }
 
-/// What the error says after `key >= ` or `key <= `.
+/// Text of the error after `key >= ` or `key <= `.
 fn remedy(error: &str, key: &str) -> String {
     let (_, after) = error.split_once(key).unwrap_or_else(|| panic!("{key} in: {error}"));
     after.split_whitespace().next().expect("a number").to_owned()

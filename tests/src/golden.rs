@@ -71,7 +71,7 @@ struct GoldenMemory {
 }
 
 impl GoldenStep {
-    /// Which controller.
+    /// The controller.
     #[must_use]
     pub fn law(&self) -> Law {
         match self.controller {

@@ -11,7 +11,7 @@ const STARTS: u32 = 12;
 /// Length of controller 2's flights (s).
 const DURATION: f64 = 400.0;
 
-/// What disturbs a recovery.
+/// Disturbance of a recovery.
 #[derive(Clone, Copy, Debug)]
 enum Air {
     /// Nothing.

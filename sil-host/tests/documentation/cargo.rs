@@ -19,7 +19,7 @@ struct Package {
     targets: BTreeSet<(String, String)>,
 }
 
-/// What may be named.
+/// Names that a command may use.
 pub struct Names {
     packages: BTreeMap<String, Package>,
     /// Usage text of xtask, a line per command.

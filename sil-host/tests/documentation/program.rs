@@ -54,7 +54,7 @@ impl Program {
         Ok(())
     }
 
-    /// What is added to a command, and the exit statuses that it may end with.
+    /// Additions to a command, and its permitted exit statuses.
     fn shortened(&self, arguments: &[&str]) -> Result<(&[&'static str], &[i32]), String> {
         let has = |word: &str| arguments.contains(&word);
         Ok(match arguments.first() {
