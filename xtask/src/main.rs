@@ -18,6 +18,7 @@ mod shell;
 mod sources;
 mod step_image;
 mod toolchain;
+mod wcet;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -30,6 +31,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   setup         install the toolchain's parts, the emulator and the tests' Python packages
   fuzz          a short run of each fuzz target
   machine-code  what the control steps' machine code must and must not contain
+  wcet          upper bounds on the instructions and cycles of the control steps
   budgets [--accept]
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
                 limits to what was measured
@@ -59,6 +61,7 @@ fn run() -> Result<()> {
         ["setup"] => toolchain::set_up(),
         ["fuzz"] => fuzz::check(),
         ["machine-code"] => machine_code::check_all(),
+        ["wcet"] => wcet::check(),
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),
         ["profile", controller] => profile::run(controller, "paper", 40),
