@@ -9,7 +9,7 @@ use crate::disassembly::Instruction;
 pub enum Kind {
     /// One cycle.
     Plain,
-    /// Multiplication with accumulation in core registers, access to a special register.
+    /// Multiplication with accumulation in core registers.
     Double,
     /// Integer division.
     Divide,
@@ -63,7 +63,7 @@ const KNOWN: &[(Kind, &str)] = &[
     (Kind::Plain, "and ands orr orrs orn orns eor eors bic bics bfi bfc ubfx sbfx"),
     (Kind::Plain, "lsl lsls lsr lsrs asr asrs ror rors uxtb uxth sxtb sxth"),
     (Kind::Plain, "mul muls umull smull"),
-    (Kind::Double, "mla mls umlal smlal mrs msr cpsid cpsie"),
+    (Kind::Double, "mla mls umlal smlal"),
     (Kind::Divide, "udiv sdiv"),
     (Kind::Load, "ldr ldrb ldrh ldrsb ldrsh ldrd ldm ldmdb pop vldr vldmia vldmdb vpop"),
     (Kind::Store, "str strb strh strd stm stmdb push vstr vstmia vstmdb vpush"),
@@ -88,6 +88,11 @@ pub fn decode(instruction: &Instruction, conditional: bool) -> Result<Decoded> {
     ensure!(
         !writes_double(instruction, stem),
         "{} is a double-precision instruction, which the Cortex-M4F does not have",
+        shown()
+    );
+    ensure!(
+        !instruction.operands.contains('{') || !instruction.operands.contains('-'),
+        "{} has a range of registers, whose words are not counted",
         shown()
     );
     if let Some(flow) = branch(instruction, stem).with_context(shown)? {
@@ -211,6 +216,7 @@ mod tests {
             ("ldr.w pc, [r0, r1, lsl #2]", false, "indirect"),
             ("ldm.w r0, {r1, pc}", false, "indirect"),
             ("tbb [pc, r0]", false, "indirect"),
+            ("vpush {d8-d10}", false, "range"),
             ("svc #0x0", false, "unknown"),
             ("udf #0x0", false, "unknown"),
             ("bkpt #0xab", false, "unknown"),

@@ -5,21 +5,24 @@ use anyhow::{Context, Result, ensure};
 use super::bound::Bounds;
 use super::timing::{ASSUMPTIONS, Model};
 use crate::cycles::CLOCK;
-use crate::step_image::{self, CONTROLLERS, NONE, STEP, StepImage};
+use crate::disassembly::disassemble;
+use crate::elf::Image;
+use crate::step_image::{self, CONTROLLERS, STEP, StepImage};
 
 /// How far a bound on instructions may lie above the largest measured count, as a factor.
 const TIGHTNESS: f64 = 1.3;
-/// Functions of the image without a controller that must not get a bound, and the reason.
-const UNBOUNDED: [(&str, &str); 3] = [
-    ("main", "past the function's end"),
-    ("step_none::__cortex_m_rt_main", "unknown instruction"),
-    ("__aeabi_memclr4", "loop"),
-];
+/// The image of compiled mutants.
+const MUTANTS: &str = "unbounded";
+/// Mutants that must not get a bound, and the reason.
+const UNBOUNDED: [(&str, &str); 3] =
+    [("mutant_loop", "loop"), ("mutant_recursion", "recursive"), ("mutant_pointer", "indirect")];
+/// Instructions of the branch in `mutant_branch`, which no usual argument takes.
+const ADDED: u64 = 500;
 
 /// Builds the images, bounds every step and prints the bounds with their assumptions.
 pub fn check() -> Result<()> {
     step_image::build()?;
-    refuses_code_without_bound()?;
+    refuses_mutants()?;
     println!("assumptions:");
     ASSUMPTIONS.iter().for_each(|assumption| println!("  {assumption}"));
     for controller in CONTROLLERS {
@@ -45,16 +48,21 @@ fn print(controller: &str, image: &StepImage, bounds: &Bounds) {
     println!("a step: at most {hit:.1} us (hit), {miss:.1} us (miss) at 168 MHz");
 }
 
-/// The check must be able to fail: the harness around a step has calls through pointers and loops.
-fn refuses_code_without_bound() -> Result<()> {
-    let harness = StepImage::open(NONE)?;
+/// The check must be able to fail: compiled mutants get no bound, or one that shows what was added.
+fn refuses_mutants() -> Result<()> {
+    let path = step_image::path(MUTANTS);
+    let (image, listing) = (Image::read(&path)?, disassemble(&path)?);
     for (function, reason) in UNBOUNDED {
-        let error = Bounds::of(function, &harness.image, &harness.listing)
+        let error = Bounds::of(function, &image, &listing)
             .err()
-            .with_context(|| format!("`{function}` of the image `{NONE}` has a bound"))?;
+            .with_context(|| format!("`{function}` of the image `{MUTANTS}` has a bound"))?;
         let found = format!("{error:#}");
         ensure!(found.contains(reason), "`{function}` is refused, but not as {reason}: {found}");
+        println!("mutant refused: {found}");
     }
+    let bound = Bounds::of("mutant_branch", &image, &listing)?.get(Model::Instructions);
+    ensure!(bound > ADDED, "a branch of {ADDED} instructions has a bound of {bound}");
+    println!("mutant with a branch of {ADDED} instructions: at most {bound}\n");
     Ok(())
 }
 
