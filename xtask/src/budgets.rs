@@ -123,7 +123,8 @@ fn print_cases(controller: &str, measurement: &Measurement) {
 
 /// Means are those of the paper's scenario, maxima those of all flights.
 fn controller_rows(subject: &'static str, measurement: &Measurement) -> Vec<Row> {
-    let Measurement { cases, flash_step, flash, ram, stack, .. } = measurement;
+    let Measurement { cases, flash_step, flash, ram, stack, wcet_instructions, .. } = measurement;
+    let [wcet_cycles, wcet_cycles_miss] = measurement.wcet_cycles;
     let paper = cases.iter().find(|case| case.name == "paper").unwrap_or(&cases[0]);
     let max = cases.iter().map(|case| case.instructions.2).max().unwrap_or(0);
     // The slowest step is taken to have the paper's mix of instructions.
@@ -136,6 +137,9 @@ fn controller_rows(subject: &'static str, measurement: &Measurement) -> Vec<Row>
         ("flash", "B", *flash as f64),
         ("ram", "B", *ram as f64),
         ("stack", "B", *stack as f64),
+        ("wcet_instructions", "", *wcet_instructions as f64),
+        ("wcet_cycles", "", wcet_cycles as f64),
+        ("wcet_cycles_flash_miss", "", wcet_cycles_miss as f64),
     ]
     .map(|(quantity, unit, value)| Row { subject, quantity, unit, value })
     .into()

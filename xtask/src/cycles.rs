@@ -4,13 +4,13 @@
 //! tables 3-1 and 7-1), taken to the slow side: no load is pipelined behind another, every branch
 //! is taken and refills the pipeline in 3 cycles, and divisions take their longest. Left out:
 //! wait states of the flash (the STM32F405's accelerator hides most), stalls between dependent
-//! floating-point instructions, and interrupts. So it is an estimate, not a bound.
+//! floating-point instructions, and interrupts. So it is an estimate; the bound is in `wcet`.
 
 use crate::call_graph::is_direct_branch;
 use crate::disassembly::Instruction;
 
 /// Pipeline refill `P` after a taken branch: 1 to 3.
-const REFILL: u64 = 3;
+pub const REFILL: u64 = 3;
 /// Core clock of the STM32F405 (Hz).
 pub const CLOCK: f64 = 168e6;
 
@@ -51,7 +51,7 @@ fn moves_two(stem: &str, operands: &str) -> bool {
 }
 
 /// Words named by a register list such as `{r4, r5, lr}`, `{s0, s1}` or `{d8, d9}`.
-fn registers(operands: &str) -> u64 {
+pub fn registers(operands: &str) -> u64 {
     let list = operands.split(['{', '}']).nth(1).unwrap_or("");
     let names = list.split(',').map(str::trim).filter(|name| !name.is_empty());
     names.map(|name| if name.starts_with('d') { 2 } else { 1 }).sum()

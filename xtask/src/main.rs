@@ -19,6 +19,7 @@ mod shell;
 mod sources;
 mod step_image;
 mod toolchain;
+mod wcet;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -31,6 +32,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   setup         install the toolchain's parts, the emulator and the tests' Python packages
   fuzz          a short run of each fuzz target
   machine-code  required and forbidden instructions in the control steps' machine code
+  wcet          upper bounds on the instructions and cycles of the control steps
   budgets [--accept]
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
                 limits to what was measured
@@ -61,6 +63,7 @@ fn run() -> Result<()> {
         ["setup"] => toolchain::set_up(),
         ["fuzz"] => fuzz::check(),
         ["machine-code"] => machine_code::check_all(),
+        ["wcet"] => wcet::check(),
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),
         ["firmware"] => budgets::print_firmware(),

@@ -7,7 +7,8 @@ use anyhow::{Context, Result, ensure};
 
 use crate::cycles;
 use crate::shell::{cargo, run};
-use crate::step_image::{Flight, NONE, StepImage, build, read_words};
+use crate::step_image::{Flight, NONE, STEP, StepImage, build, read_words};
+use crate::wcet::{self, Bounds, Model};
 
 /// Folder of the flights for the step images.
 pub const SAMPLES: &str = "target/step-samples";
@@ -66,6 +67,10 @@ pub struct Measurement {
     pub stack: u64,
     /// Deepest stack seen in painted memory (B).
     pub painted_stack: u64,
+    /// Upper bound on the instructions of a step.
+    pub wcet_instructions: u64,
+    /// Upper bounds on the cycles of a step: with the flash's accelerator always hit, and without.
+    pub wcet_cycles: [u64; 2],
 }
 
 impl Measurement {
@@ -74,11 +79,14 @@ impl Measurement {
         let image = StepImage::open(controller)?;
         let empty = StepImage::open(NONE)?;
         let stack = image.graph.stack(&image.image)?.bytes;
+        let bounds = Bounds::of(STEP, &image.image, &image.listing).context(STEP)?;
+        let wcet_instructions = bounds.get(Model::Instructions);
         let (mut cases, mut painted_stack, mut ram) = (Vec::new(), 0, 0);
         for name in case_names(controller)? {
             let folder = Path::new(SAMPLES).join(controller).join(&name);
             let flight = image.fly(&folder).with_context(|| format!("{controller}, {name}"))?;
             agrees_with_host(&flight, &folder).with_context(|| format!("{controller}, {name}"))?;
+            stays_on_paths(&flight, &bounds).with_context(|| format!("{controller}, {name}"))?;
             agrees_with_timer(&flight).with_context(|| format!("{controller}, {name}"))?;
             painted_stack = painted_stack.max(u64::from(flight.closing.stack));
             ram = u64::from(flight.closing.controller_size + flight.closing.state_size);
@@ -88,9 +96,21 @@ impl Measurement {
             painted_stack <= stack && stack <= painted_stack + STACK_MARGIN,
             "{controller}: the call graph gives {stack} B of stack, painted memory {painted_stack} B"
         );
+        let max = cases.iter().map(|case| case.instructions.2).max().unwrap_or(0);
+        wcet::judge(wcet_instructions, max).context(controller.to_owned())?;
+        let wcet_cycles = [Model::CyclesHit, Model::CyclesMiss].map(|model| bounds.get(model));
         let flash = image.image.flash - empty.image.flash;
         let flash_step = image.graph.code_size();
-        Ok(Self { cases, flash_step, flash, ram, stack, painted_stack })
+        Ok(Self {
+            cases,
+            flash_step,
+            flash,
+            ram,
+            stack,
+            painted_stack,
+            wcet_instructions,
+            wcet_cycles,
+        })
     }
 }
 
@@ -116,6 +136,17 @@ fn agrees_with_host(flight: &Flight, folder: &Path) -> Result<()> {
         let [x, y, z, w] = answer.wrench;
         let found = [x, y, z, w, answer.status];
         ensure!(found == *expected, "step {step}: host {expected:x?}, emulator {found:x?}");
+    }
+    Ok(())
+}
+
+/// Every executed instruction is on a path that the bound considered.
+fn stays_on_paths(flight: &Flight, bounds: &Bounds) -> Result<()> {
+    for (address, count) in flight.executed.iter().filter(|(_, count)| *count > 0) {
+        ensure!(
+            bounds.contains(*address),
+            "the step executed {address:#x} {count} times, which no path contains"
+        );
     }
     Ok(())
 }

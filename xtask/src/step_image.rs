@@ -34,6 +34,11 @@ pub fn build() -> Result<()> {
         .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", "rust-lld"))
 }
 
+/// Where [`build`] leaves the image of a controller, [`NONE`] or mutants.
+pub fn path(name: &str) -> PathBuf {
+    Path::new(FOLDER).join(TARGET).join("release").join(format!("step-{name}"))
+}
+
 /// A built image with what the machine-code tools know of it.
 pub struct StepImage {
     /// Its path.
@@ -49,8 +54,7 @@ pub struct StepImage {
 impl StepImage {
     /// Opens the built image of one controller.
     pub fn open(controller: &str) -> Result<Self> {
-        let path =
-            Path::new(FOLDER).join(TARGET).join("release").join(format!("step-{controller}"));
+        let path = path(controller);
         let image = Image::read(&path)?;
         let listing = disassembly::disassemble(&path)?;
         let graph = CallGraph::walk(&image, &listing, STEP)?;

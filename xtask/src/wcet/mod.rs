@@ -1,0 +1,18 @@
+//! `cargo xtask wcet`: bounds on a control step's instructions and cycles, from its machine code.
+//!
+//! Each function is a control-flow graph with one node per instruction; its bound is the most
+//! expensive path, where a call costs the bound of the called function. Unlike the maxima that
+//! the emulator measures, the bound holds for inputs that nobody tried. Everything that cannot be
+//! followed is an error: an unknown instruction, a call or jump through a register, recursion,
+//! and a loop, since no step has one.
+
+mod bound;
+mod flow;
+mod instruction;
+mod path;
+mod report;
+mod timing;
+
+pub use bound::Bounds;
+pub use report::{check, judge};
+pub use timing::Model;
