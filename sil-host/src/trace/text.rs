@@ -150,21 +150,17 @@ impl Text {
 
 /// The cells of a row in order, with neighbours in single precision joined.
 fn layout() -> Vec<Cells> {
-    let mut layout = Vec::new();
+    let (mut layout, mut singles) = (Vec::new(), 0);
     for quantity in QUANTITIES {
         let cells = match quantity.value {
             Value::Single(_) | Value::Vector(_) | Value::Quaternion(_) => {
-                let width = quantity.width();
+                let first = singles;
+                singles += quantity.width();
                 if let Some(Cells::Singles(_, end)) = layout.last_mut() {
-                    *end += width;
+                    *end = singles;
                     continue;
                 }
-                let ends = layout.iter().filter_map(|cells| match cells {
-                    Cells::Singles(_, end) => Some(*end),
-                    _ => None,
-                });
-                let first = ends.last().unwrap_or(0);
-                Cells::Singles(first, first + width)
+                Cells::Singles(first, singles)
             }
             Value::Double(_) => Cells::Double,
             Value::Time(_) => Cells::Time,
