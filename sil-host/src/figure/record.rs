@@ -8,23 +8,46 @@ use sim::quantity::Quantity;
 use sim::quantity::table::*;
 use sim::tick::Tick;
 
-/// The recorded quantities, in the order of their channels; each component is a channel.
-const QUANTITIES: [&Quantity; 14] = [
-    &POSITION_ERROR,
-    &ATTITUDE_ERROR,
-    &THRUST,
-    &TORQUE,
-    &TORQUE_DEMAND,
-    &MASS_ESTIMATE,
-    &INERTIA_ESTIMATE,
-    &AUXILIARY_RATE,
-    &AUXILIARY_ANGLE,
-    &LYAPUNOV,
-    &LYAPUNOV_STATE,
-    &TILT_ERROR,
-    &POSITION,
-    &REFERENCE_POSITION,
-];
+/// The recorded quantities, and the function that reads them: one statement per quantity, so that the
+/// compiler inlines every reader.
+macro_rules! recorded_quantities {
+    ($($quantity:ident,)*) => {
+        /// The recorded quantities, in the order of their channels; each component is a channel.
+        const QUANTITIES: [&Quantity; [$(stringify!($quantity)),*].len()] = [$(&$quantity),*];
+
+        /// The value of every channel; that of V is less `first_lyapunov`.
+        fn values(tick: &Tick, first_lyapunov: f64) -> [f32; CHANNELS] {
+            let (mut values, mut channel) = ([0.0; CHANNELS], 0);
+            let mut put = |component: f64| {
+                values[channel] = component as f32;
+                channel += 1;
+            };
+            $($quantity.components(tick, &mut put);)*
+            values[LYAPUNOV_CHANNEL] = (tick.evaluation.value - first_lyapunov) as f32;
+            values
+        }
+    };
+}
+
+recorded_quantities! {
+    POSITION_ERROR,
+    ATTITUDE_ERROR,
+    THRUST,
+    TORQUE,
+    TORQUE_DEMAND,
+    MASS_ESTIMATE,
+    INERTIA_ESTIMATE,
+    AUXILIARY_RATE,
+    AUXILIARY_ANGLE,
+    LYAPUNOV_STATE,
+    TILT_ERROR,
+    HEIGHT,
+    REFERENCE_HEIGHT,
+    LYAPUNOV,
+}
+
+/// Channel of V, the last one.
+const LYAPUNOV_CHANNEL: usize = CHANNELS - 1;
 
 /// Number of channels.
 const CHANNELS: usize = {
@@ -160,21 +183,6 @@ impl Observer for FigureRecorder {
     }
 }
 
-/// The value of every channel; that of V is less `first_lyapunov`.
-fn values(tick: &Tick, first_lyapunov: f64) -> [f32; CHANNELS] {
-    let mut values = [0.0; CHANNELS];
-    let mut channels = values.iter_mut();
-    for quantity in QUANTITIES {
-        let origin = if quantity.name == LYAPUNOV.name { first_lyapunov } else { 0.0 };
-        quantity.components(tick, |component| {
-            if let Some(channel) = channels.next() {
-                *channel = (component - origin) as f32;
-            }
-        });
-    }
-    values
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -188,6 +196,12 @@ mod tests {
             column.greatest[0] = column.greatest[0].max(value);
         }
         window
+    }
+
+    #[test]
+    fn the_last_channel_is_that_of_v() {
+        assert_eq!(channel(&LYAPUNOV), Some(LYAPUNOV_CHANNEL));
+        assert_eq!((channel(&POSITION_ERROR), channel(&POSITION)), (Some(0), None));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::panel::{Guide, Line, Panel, Style};
 use super::record::{FigureRecorder, FigureWindow, channel};
 use sim::quantity::Quantity;
-use sim::quantity::table::{POSITION, REFERENCE_POSITION};
+use sim::quantity::table::{HEIGHT, REFERENCE_HEIGHT};
 
 pub(super) const BLUE: &str = "#0072B2";
 pub(super) const ORANGE: &str = "#D55E00";
@@ -137,6 +137,6 @@ pub(super) fn height() -> TimeSeries {
     let [flown, wanted] = path_styles();
     TimeSeries::new(
         "z  [m]",
-        &[component(&REFERENCE_POSITION, 2, wanted), component(&POSITION, 2, flown)],
+        &[component(&REFERENCE_HEIGHT, 0, wanted), component(&HEIGHT, 0, flown)],
     )
 }

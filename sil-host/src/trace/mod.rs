@@ -8,39 +8,8 @@ mod row;
 mod text;
 mod writer;
 
+pub use row::QUANTITIES;
 pub use writer::TraceWriter;
-
-use sim::quantity::Quantity;
-use sim::quantity::table::*;
-
-/// The quantities of a row, in order.
-pub const QUANTITIES: [&Quantity; 25] = [
-    &TICK,
-    &TIME,
-    &POSITION,
-    &VELOCITY,
-    &ATTITUDE,
-    &RATE,
-    &REFERENCE_POSITION,
-    &REFERENCE_VELOCITY,
-    &REFERENCE_ACCELERATION,
-    &REFERENCE_LEFT,
-    &POSITION_ERROR,
-    &ATTITUDE_ERROR,
-    &THRUST,
-    &TORQUE_DEMAND,
-    &TORQUE,
-    &APPLIED_THRUST,
-    &APPLIED_TORQUE,
-    &MASS_ESTIMATE,
-    &INERTIA_ESTIMATE,
-    &GYROSCOPIC_RATIO_ESTIMATE,
-    &AUXILIARY_ATTITUDE,
-    &AUXILIARY_RATE,
-    &LYAPUNOV,
-    &LYAPUNOV_PARAMETERS,
-    &STATUS,
-];
 
 /// Names of the columns, in order.
 #[must_use]

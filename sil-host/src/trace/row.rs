@@ -1,9 +1,8 @@
 //! The numbers of one row.
 
+use sim::quantity::table::*;
 use sim::quantity::{Quantity, Value, scalar_first};
 use sim::tick::Tick;
-
-use super::QUANTITIES;
 
 /// Columns in single precision.
 pub(super) const SINGLES: usize = {
@@ -34,36 +33,87 @@ pub(super) struct Row {
     pub status: u16,
 }
 
-impl Row {
-    /// The tick's row.
-    pub fn new(tick: &Tick) -> Self {
-        let mut row = Self {
-            tick: 0,
-            time: 0.0,
-            singles: [0.0; SINGLES],
-            doubles: [0.0; DOUBLES],
-            status: 0,
-        };
-        let (mut singles, mut doubles) = (&mut row.singles[..], row.doubles.iter_mut());
-        for quantity in QUANTITIES {
-            match quantity.value {
-                Value::Single(read) => singles = filled(singles, [read(tick)]),
-                Value::Vector(read) => singles = filled(singles, read(tick).to_array()),
-                Value::Quaternion(read) => singles = filled(singles, scalar_first(read(tick))),
-                Value::Double(read) => doubles.next().into_iter().for_each(|it| *it = read(tick)),
-                Value::Time(read) => row.time = read(tick),
-                Value::Count(read) => row.tick = read(tick),
-                Value::Bits(read) => row.status = read(tick),
+/// The quantities of a row, and the function that reads them: one statement per quantity, so that the
+/// compiler inlines every reader.
+macro_rules! quantities_of_a_row {
+    ($($quantity:ident,)*) => {
+        /// The quantities of a row, in order.
+        pub const QUANTITIES: [&Quantity; [$(stringify!($quantity)),*].len()] = [$(&$quantity),*];
+
+        impl Row {
+            /// The tick's row.
+            pub fn new(tick: &Tick) -> Self {
+                let mut filling = Filling::default();
+                $(filling.append($quantity.value, tick);)*
+                filling.row
             }
         }
-        row
+    };
+}
+
+quantities_of_a_row! {
+    TICK,
+    TIME,
+    POSITION,
+    VELOCITY,
+    ATTITUDE,
+    RATE,
+    REFERENCE_POSITION,
+    REFERENCE_VELOCITY,
+    REFERENCE_ACCELERATION,
+    REFERENCE_LEFT,
+    POSITION_ERROR,
+    ATTITUDE_ERROR,
+    THRUST,
+    TORQUE_DEMAND,
+    TORQUE,
+    APPLIED_THRUST,
+    APPLIED_TORQUE,
+    MASS_ESTIMATE,
+    INERTIA_ESTIMATE,
+    GYROSCOPIC_RATIO_ESTIMATE,
+    AUXILIARY_ATTITUDE,
+    AUXILIARY_RATE,
+    LYAPUNOV,
+    LYAPUNOV_PARAMETERS,
+    STATUS,
+}
+
+/// A row with the number of its columns so far.
+struct Filling {
+    row: Row,
+    singles: usize,
+    doubles: usize,
+}
+
+impl Default for Filling {
+    fn default() -> Self {
+        let (singles, doubles) = ([0.0; SINGLES], [0.0; DOUBLES]);
+        let row = Row { tick: 0, time: 0.0, singles, doubles, status: 0 };
+        Self { row, singles: 0, doubles: 0 }
     }
 }
 
-/// Writes `numbers` to the start of `to`; returns the rest.
-#[inline(always)]
-fn filled<const N: usize>(to: &mut [f32], numbers: [f32; N]) -> &mut [f32] {
-    let (start, rest) = to.split_at_mut(N);
-    start.copy_from_slice(&numbers);
-    rest
+impl Filling {
+    #[inline(always)]
+    fn append(&mut self, value: Value, tick: &Tick) {
+        match value {
+            Value::Single(read) => self.append_singles([read(tick)]),
+            Value::Vector(read) => self.append_singles(read(tick).to_array()),
+            Value::Quaternion(read) => self.append_singles(scalar_first(read(tick))),
+            Value::Double(read) => {
+                self.row.doubles[self.doubles] = read(tick);
+                self.doubles += 1;
+            }
+            Value::Time(read) => self.row.time = read(tick),
+            Value::Count(read) => self.row.tick = read(tick),
+            Value::Bits(read) => self.row.status = read(tick),
+        }
+    }
+
+    #[inline(always)]
+    fn append_singles<const N: usize>(&mut self, numbers: [f32; N]) {
+        self.row.singles[self.singles..self.singles + N].copy_from_slice(&numbers);
+        self.singles += N;
+    }
 }

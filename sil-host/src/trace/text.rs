@@ -22,6 +22,18 @@ pub(super) struct Text {
     above: [Cell; SINGLES],
     /// For each column one further left that often has the same number; else itself.
     twin: [usize; SINGLES],
+    layout: Vec<Cells>,
+}
+
+/// Neighbouring cells of a row that are written alike.
+#[derive(Clone, Copy, Debug)]
+enum Cells {
+    /// Columns in single precision: the first, and the end.
+    Singles(usize, usize),
+    Double,
+    Time,
+    Count,
+    Bits,
 }
 
 /// A number, and its text with a comma.
@@ -37,7 +49,13 @@ impl Text {
     /// No text yet.
     pub fn new() -> Self {
         let none = Cell { bits: u64::MAX, length: 0, text: [0; CELL] };
-        Self { bytes: Vec::new(), length: 0, above: [none; SINGLES], twin: twins() }
+        Self {
+            bytes: Vec::new(),
+            length: 0,
+            above: [none; SINGLES],
+            twin: twins(),
+            layout: layout(),
+        }
     }
 
     /// The text so far.
@@ -61,22 +79,21 @@ impl Text {
     /// Writes a row.
     pub fn row(&mut self, row: &Row) {
         self.reserve(ROW_MAX);
-        let (mut column, mut doubles) = (0, row.doubles.into_iter());
-        for quantity in QUANTITIES {
-            match quantity.value {
-                Value::Single(_) | Value::Vector(_) | Value::Quaternion(_) => {
-                    for index in column..column + quantity.width() {
-                        self.single(index, row.singles[index]);
+        let mut doubles = row.doubles.into_iter();
+        for index in 0..self.layout.len() {
+            match self.layout[index] {
+                Cells::Singles(first, end) => {
+                    for (column, &single) in (first..).zip(&row.singles[first..end]) {
+                        self.single(column, single);
                     }
-                    column += quantity.width();
                 }
-                Value::Double(_) => {
+                Cells::Double => {
                     let double = doubles.next().unwrap_or(f64::NAN);
                     self.number(zmij::Buffer::new().format(double));
                 }
-                Value::Time(_) => self.seconds(row.time),
-                Value::Count(_) => self.number(itoa::Buffer::new().format(row.tick)),
-                Value::Bits(_) => self.number(itoa::Buffer::new().format(row.status)),
+                Cells::Time => self.seconds(row.time),
+                Cells::Count => self.number(itoa::Buffer::new().format(row.tick)),
+                Cells::Bits => self.number(itoa::Buffer::new().format(row.status)),
             }
         }
         self.length -= 1;
@@ -129,6 +146,30 @@ impl Text {
             self.bytes.resize(2 * (self.length + more), 0);
         }
     }
+}
+
+/// The cells of a row in order, with neighbours in single precision joined.
+fn layout() -> Vec<Cells> {
+    let (mut layout, mut singles) = (Vec::new(), 0);
+    for quantity in QUANTITIES {
+        let cells = match quantity.value {
+            Value::Single(_) | Value::Vector(_) | Value::Quaternion(_) => {
+                let first = singles;
+                singles += quantity.width();
+                if let Some(Cells::Singles(_, end)) = layout.last_mut() {
+                    *end = singles;
+                    continue;
+                }
+                Cells::Singles(first, singles)
+            }
+            Value::Double(_) => Cells::Double,
+            Value::Time(_) => Cells::Time,
+            Value::Count(_) => Cells::Count,
+            Value::Bits(_) => Cells::Bits,
+        };
+        layout.push(cells);
+    }
+    layout
 }
 
 /// The names of the columns in single precision.

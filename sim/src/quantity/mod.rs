@@ -71,7 +71,7 @@ impl<I> Quantity<I> {
     }
 
     /// Passes the components to `take`, in the order of writing.
-    #[inline]
+    #[inline(always)]
     pub fn components(&self, input: &I, mut take: impl FnMut(f64)) {
         match self.value {
             Value::Single(read) => take(read(input).into()),

@@ -30,6 +30,7 @@ quantities! {
 
     POSITION: "position", "position", "m", "`p`, world",
         Vector(|t| vector(t.truth.position_world));
+    HEIGHT: "height", "height", "m", "`z` component of `p`", Double(|t| t.truth.position_world.z);
     VELOCITY: "velocity", "velocity", "m/s", "`v`, world",
         Vector(|t| vector(t.truth.velocity_world));
     ATTITUDE: "attitude", "attitude", "-", "`q`", Quaternion(|t| quaternion(t.truth.attitude));
@@ -37,6 +38,8 @@ quantities! {
 
     REFERENCE_POSITION: "reference_position", "position", "m", "`p_d`, world",
         Vector(|t| t.reference.position_world);
+    REFERENCE_HEIGHT: "reference_height", "height", "m", "`z` component of `p_d`",
+        Single(|t| t.reference.position_world.z);
     REFERENCE_VELOCITY: "reference_velocity", "velocity", "m/s", "`p_d'`, world",
         Vector(|t| t.reference.velocity_world);
     REFERENCE_ACCELERATION: "reference_acceleration", "acceleration", "m/s^2", "`p_d''`, world",
