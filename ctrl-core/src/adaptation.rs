@@ -11,7 +11,7 @@ use glam::Vec3;
 /// A number or a vector that can be clamped element-wise.
 pub trait Projected: Copy + Default + PartialEq + Add<Output = Self> + Sub<Output = Self> {
     /// Clamps each element to `[lower, upper]`; where that changes it, `carry` becomes zero.
-    /// Returns whether it changed any.
+    /// Returns `true` if it changed any.
     fn project(&mut self, lower: f32, upper: f32, carry: &mut Self) -> bool;
 }
 
@@ -44,7 +44,7 @@ impl Projected for Vec3 {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate<T> {
     value: T,
-    /// What `value` has too much.
+    /// Rounding error in `value`, subtracted from the next increment.
     excess: T,
 }
 
@@ -62,7 +62,7 @@ impl<T: Projected> Estimate<T> {
         self.value
     }
 
-    /// Adds `increment` and projects onto `[lower, upper]`; returns whether the projection acted.
+    /// Adds `increment` and projects onto `[lower, upper]`; returns `true` if the projection acted.
     #[inline(always)]
     pub fn advance(&mut self, increment: T, lower: f32, upper: f32) -> bool {
         let wanted = increment - self.excess;

@@ -8,7 +8,7 @@
 //! (f_1 .. f_n) = B^T (B B^T)^-1 (f, tau): the solution of least squares
 //! ```
 //!
-//! Where a rotor's limit does not allow that, roll and pitch torque come first, thrust second, yaw
+//! If a rotor's limit does not allow that, roll and pitch torque come first, thrust second, yaw
 //! torque last:
 //!
 //! 1. roll and pitch are scaled down together, only if no thrust makes room for them;
@@ -16,9 +16,11 @@
 //! 3. yaw is scaled down to the room that is left.
 
 use glam::{DMat4, DVec4, Vec3, Vec4};
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Bound, ConfigError, require};
+use crate::list::List;
 use crate::sqrt::sqrt;
 use crate::vehicle::{Interval, Wrench};
 
@@ -29,23 +31,26 @@ pub const MAX_ROTORS: usize = 8;
 /// below this f32 loses three digits.
 const INDEPENDENCE_MIN: f32 = 1e-4;
 
-/// Which way a rotor turns, seen from above (from body +z).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Direction of rotation of a rotor, seen from above (from body +z).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Spin {
     /// Its reaction turns the body anticlockwise: positive yaw torque.
+    #[default]
     Clockwise,
     /// Its reaction turns the body clockwise: negative yaw torque.
     Anticlockwise,
 }
 
 /// One rotor.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Rotor {
     /// `r`: position relative to the centre of mass, body axes (m).
     pub position_body: Vec3,
-    /// Which way it turns.
+    /// Direction of rotation.
     pub spin: Spin,
     /// `kappa`: reaction torque for each newton of thrust (m), positive.
     pub torque_ratio: f32,
@@ -54,11 +59,12 @@ pub struct Rotor {
 }
 
 /// The rotors of a vehicle, in the order of the outputs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct RotorGeometry {
     /// Four to [`MAX_ROTORS`] rotors.
-    pub rotors: heapless::Vec<Rotor, MAX_ROTORS>,
+    pub rotors: List<Rotor, MAX_ROTORS>,
 }
 
 impl RotorGeometry {
@@ -83,13 +89,14 @@ impl RotorGeometry {
             let position_body = Vec3::new(x, y, 0.0);
             Rotor { position_body, spin, torque_ratio, thrust }
         });
-        Self { rotors: first(rotors) }
+        Self { rotors: List::taking(rotors) }
     }
 }
 
 bitflags::bitflags! {
-    /// What the rotors' limits took from the commanded wrench.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    /// Parts of the commanded wrench that the rotors' limits reduced.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
     pub struct Limited: u8 {
         /// Roll and pitch torque were scaled down.
         const ROLL_PITCH = 1 << 0;
@@ -103,16 +110,16 @@ bitflags::bitflags! {
 }
 
 /// The thrust of each rotor (N), in the order of the geometry.
-pub type RotorThrusts = heapless::Vec<f32, MAX_ROTORS>;
+pub type RotorThrusts = List<f32, MAX_ROTORS>;
 
 /// Wrench to rotor thrusts, validated and prepared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Allocator {
-    channels: heapless::Vec<Channel, MAX_ROTORS>,
+    channels: List<Channel, MAX_ROTORS>,
 }
 
 /// One rotor as the allocator sees it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Channel {
     /// Column of `B`.
     effect: Vec4,
@@ -138,10 +145,15 @@ impl Allocator {
             let share = inverse * (effect.as_dvec4() / scale) / scale;
             Channel { effect, share: share.as_vec4(), limits: rotor.thrust }
         });
-        let allocator = Self { channels: first(channels) };
+        let allocator = Self { channels: List::taking(channels) };
         for channel in &allocator.channels {
             let share = channel.share.x;
-            require("rotors (share of the thrust)", share, Bound::Positive, "makes room")?;
+            require(
+                "rotors (share of the thrust)",
+                share,
+                Bound::Positive,
+                "more thrust must not need less of a rotor",
+            )?;
         }
         Ok(allocator)
     }
@@ -179,7 +191,7 @@ impl Allocator {
     /// The thrusts for a (thrust, roll, pitch, yaw), clamped to the limits.
     fn thrusts(&self, command: Vec4) -> RotorThrusts {
         let thrust = |channel: &Channel| channel.limits.clamp(channel.share.dot(command));
-        first(self.channels.iter().map(thrust))
+        List::taking(self.channels.iter().map(thrust))
     }
 
     /// The command that the limits leave of (thrust, roll, pitch, yaw).
@@ -253,17 +265,6 @@ impl Interval {
     }
 }
 
-/// The items, up to the capacity; `collect` would panic beyond it.
-fn first<T>(items: impl Iterator<Item = T>) -> heapless::Vec<T, MAX_ROTORS> {
-    let mut vec = heapless::Vec::new();
-    for item in items {
-        if vec.push(item).is_err() {
-            break;
-        }
-    }
-    vec
-}
-
 /// Column of `B`: (thrust, roll, pitch, yaw) for each newton of the rotor.
 fn effect(rotor: &Rotor) -> Vec4 {
     let Vec3 { x, y, .. } = rotor.position_body;
@@ -297,13 +298,23 @@ fn inverse_gram(geometry: &RotorGeometry, scale: DVec4) -> Result<DMat4, ConfigE
 
 fn require_rotor(rotor: &Rotor) -> Result<(), ConfigError> {
     rotor.position_body.to_array().into_iter().try_for_each(|coordinate| {
-        require("rotors.position_body", coordinate, Bound::Inside(-100.0, 100.0), "a vehicle")
+        require(
+            "rotors.position_body",
+            coordinate,
+            Bound::Inside(-100.0, 100.0),
+            "distance from the centre of mass, m",
+        )
     })?;
     let ratio = Bound::Inside(1e-6, 10.0);
-    require("rotors.torque_ratio", rotor.torque_ratio, ratio, "yaw from reaction torque")?;
+    require("rotors.torque_ratio", rotor.torque_ratio, ratio, "reaction torque per thrust, m")?;
     let Interval { lower, upper } = rotor.thrust;
-    require("rotors.thrust.upper", upper, Bound::Inside(1e-3, 1e4), "a rotor")?;
-    require("rotors.thrust.lower", lower, Bound::Inside(0.0, 0.9 * upper), "room to control")
+    require("rotors.thrust.upper", upper, Bound::Inside(1e-3, 1e4), "thrust of one rotor, N")?;
+    require(
+        "rotors.thrust.lower",
+        lower,
+        Bound::Inside(0.0, 0.9 * upper),
+        "at most 0.9 of the upper limit",
+    )
 }
 
 #[cfg(test)]

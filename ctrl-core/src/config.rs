@@ -1,15 +1,17 @@
-//! What the user configures: plain structs with units, checked once by a controller's constructor.
+//! Configuration by the user: plain structs with units, checked once by a controller's constructor.
 //!
 //! Gains carry the symbols of `docs/theory.md`; everything else is spelled out.
 
 use glam::Vec3;
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::vehicle::{InitialEstimate, Uncertainty};
 
 /// Gains of the cascade that both controllers share: steps 1 to 3 of the paper.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct CascadeGains {
     /// `k1`: position gain inside the saturations (1/m).
     pub k1: f32,
@@ -21,10 +23,10 @@ pub struct CascadeGains {
     /// leaves out the coupling term of (31), (49).
     pub c: f32,
     /// `M1`: limit of the position part of the commanded acceleration (m/s^2).
-    #[serde(rename = "M1")]
+    #[cfg_attr(feature = "serde", serde(rename = "M1"))]
     pub m1: f32,
     /// `M2`: limit of the velocity part of the commanded acceleration (m/s^2).
-    #[serde(rename = "M2")]
+    #[cfg_attr(feature = "serde", serde(rename = "M2"))]
     pub m2: f32,
     /// `gamma1`: adaptation gain of the inverse mass (1/(kg N)); zero switches it off.
     pub gamma1: f32,
@@ -37,14 +39,15 @@ pub struct CascadeGains {
 }
 
 /// Configuration of controller 1, the robust adaptive controller (Theorem 1).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct RobustAdaptiveConfig {
     /// `dt`: fixed time between two steps (s).
     pub step_period: f32,
     /// `M_p`: bound of each component of the reference acceleration (m/s^2).
     pub reference_acceleration_max: f32,
-    /// What is known of vehicle and disturbance.
+    /// Known bounds of vehicle and disturbance.
     pub uncertainty: Uncertainty,
     /// Estimates at the first step.
     pub initial: InitialEstimate,
@@ -57,14 +60,15 @@ pub struct RobustAdaptiveConfig {
 }
 
 /// Configuration of controller 2, with limited thrust and torque (Theorem 2).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SaturatedConfig {
     /// `dt`: fixed time between two steps (s).
     pub step_period: f32,
     /// `M_p`: bound of each component of the reference acceleration (m/s^2).
     pub reference_acceleration_max: f32,
-    /// What is known of vehicle and disturbance.
+    /// Known bounds of vehicle and disturbance.
     pub uncertainty: Uncertainty,
     /// Estimates at the first step.
     pub initial: InitialEstimate,
@@ -84,12 +88,13 @@ pub struct SaturatedConfig {
     pub gamma3: f32,
 }
 
-/// Where a controller may resume: what it has learnt, and how far the smoothing has decayed.
+/// Point of resumption of a controller: its estimates, and the decay of the smoothing.
 ///
 /// A controller's `resume` checks it and turns it into a state, so that a vehicle starts with the
-/// estimates of its last flight. Fields of the other controller are not looked at.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// estimates of its last flight. Fields of the other controller are ignored.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Checkpoint {
     /// Time since the first step (s); sets `delta(t)`.
     pub elapsed: f32,

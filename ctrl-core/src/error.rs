@@ -1,5 +1,5 @@
 //! The error of every validating constructor: which parameter, its value, the bound it violates; and
-//! the conditions of a controller, for those who ask how far a configuration is from each.
+//! the conditions of a controller, for the headroom of a configuration.
 
 use core::fmt;
 
@@ -12,7 +12,7 @@ pub struct ConfigError {
     pub value: f32,
     /// The bound that it violates.
     pub bound: Bound,
-    /// Where the bound comes from: an equation, or the reason in a few words.
+    /// Origin of the bound: an equation, or the reason in a few words.
     pub source: &'static str,
 }
 
@@ -36,7 +36,7 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// Whether `x` keeps the bound; never for NaN or an infinity.
+    /// Returns `true` if `x` keeps the bound; `false` for NaN and the infinities.
     #[must_use]
     pub fn holds(self, x: f32) -> bool {
         x.is_finite()
@@ -75,7 +75,7 @@ impl fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-/// What a constructor asks of one parameter.
+/// Condition of a constructor on one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Condition {
     /// Name of the parameter as in the configuration structs, or the expression of several.
@@ -84,21 +84,21 @@ pub struct Condition {
     pub value: f32,
     /// The bound that it must keep.
     pub bound: Bound,
-    /// Where the bound comes from: an equation, or the reason in a few words.
+    /// Origin of the bound: an equation, or the reason in a few words.
     pub source: &'static str,
 }
 
 impl Condition {
-    /// Whether the value keeps its bound.
+    /// Returns `true` if the value keeps its bound.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.bound.holds(self.value)
     }
 }
 
-/// Sees the conditions of a constructor one after the other; a constructor stops at its first error.
+/// Receiver of the conditions of a constructor, one after the other; a constructor stops at its first error.
 pub(crate) trait Judge {
-    /// Whether to go on after `condition`.
+    /// Judges `condition`; an error stops the constructor.
     fn judge(&mut self, condition: Condition) -> Result<(), ConfigError>;
 
     /// [`judge`](Self::judge) of a condition in its parts.

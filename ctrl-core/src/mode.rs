@@ -21,6 +21,7 @@
 use core::fmt;
 
 use glam::{Quat, Vec3};
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::controller::StepStatus;
@@ -30,8 +31,9 @@ use crate::vehicle::Wrench;
 /// The wrench of stopped rotors.
 pub const SAFE: Wrench = Wrench { thrust: 0.0, torque_body: Vec3::ZERO };
 
-/// What the vehicle is allowed to do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Permission of the vehicle to turn its rotors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Mode {
     /// Rotors stopped.
     #[default]
@@ -46,8 +48,9 @@ pub enum Mode {
     Locked,
 }
 
-/// Why the mode was left for a safer one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Reason for a change to a safer mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Cause {
     /// Too many periods in a row without a good state sample.
     SamplesMissed,
@@ -59,8 +62,9 @@ pub enum Cause {
     Fault,
 }
 
-/// What an operator or host asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Command of an operator or host.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Command {
     /// Get ready to fly.
     Arm,
@@ -72,8 +76,9 @@ pub enum Command {
     Stop,
 }
 
-/// Why a command was refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Reason for the refusal of a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Refusal {
     /// Arm first.
     NotArmed,
@@ -83,7 +88,7 @@ pub enum Refusal {
     Tilted,
     /// A fault is present.
     Fault,
-    /// In failsafe: only Start and Disarm are heard.
+    /// In failsafe: only Start and Disarm are accepted.
     InFailsafe,
     /// Locked: Disarm first.
     Locked,
@@ -104,9 +109,10 @@ impl fmt::Display for Refusal {
 
 impl core::error::Error for Refusal {}
 
-/// What the failsafe does.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+/// Action of the failsafe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum FailsafePolicy {
     /// Stop the rotors at once.
     Cut,
@@ -120,8 +126,9 @@ pub enum FailsafePolicy {
 }
 
 /// Limits of the supervision.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SupervisorConfig {
     /// Largest angle between body z and the vertical at Arm and at Start on the ground (rad), in
     /// (0, pi/2].
@@ -134,11 +141,11 @@ pub struct SupervisorConfig {
     pub faulted_steps_max: u16,
     /// Overruns in a row that trigger the failsafe, at least one.
     pub overruns_max: u16,
-    /// What the failsafe does.
+    /// Action of the failsafe.
     pub failsafe: FailsafePolicy,
 }
 
-/// What one control period saw.
+/// Conditions of one control period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditions {
     /// Attitude of this period's good state sample; none if it was missed.
@@ -180,7 +187,7 @@ impl SupervisorState {
         self.since
     }
 
-    /// Why a mode was last left for a safer one; none since the last accepted Arm or Start.
+    /// Reason for the last change to a safer mode; `None` since the last accepted Arm or Start.
     #[must_use]
     pub fn cause(&self) -> Option<Cause> {
         self.cause
@@ -224,7 +231,7 @@ impl Supervisor {
     /// Names a limit that is zero or out of its range.
     pub fn new(config: &SupervisorConfig) -> Result<Self, ConfigError> {
         let upright = Bound::Inside(0.01, core::f32::consts::FRAC_PI_2);
-        require("arming_tilt_max", config.arming_tilt_max, upright, "upright")?;
+        require("arming_tilt_max", config.arming_tilt_max, upright, "angle from upright, rad")?;
         let counts = [
             ("fresh_samples", config.fresh_samples),
             ("missed_samples_max", config.missed_samples_max),
@@ -232,11 +239,21 @@ impl Supervisor {
             ("overruns_max", config.overruns_max),
         ];
         for (name, count) in counts {
-            require(name, f32::from(count), Bound::AtLeast(1.0), "a count")?;
+            require(name, f32::from(count), Bound::AtLeast(1.0), "periods in a row")?;
         }
         if let FailsafePolicy::Descend { thrust, ticks } = config.failsafe {
-            require("failsafe.descend.thrust", thrust, Bound::Inside(0.0, 1e4), "a thrust")?;
-            require("failsafe.descend.ticks", ticks as f32, Bound::AtLeast(1.0), "else use cut")?;
+            require(
+                "failsafe.descend.thrust",
+                thrust,
+                Bound::Inside(0.0, 1e4),
+                "constant thrust of the descent, N",
+            )?;
+            require(
+                "failsafe.descend.ticks",
+                ticks as f32,
+                Bound::AtLeast(1.0),
+                "for a descent of no duration, use cut",
+            )?;
         }
         Ok(Self { config: *config, cos_tilt_max: libm::cosf(config.arming_tilt_max) })
     }
@@ -265,10 +282,10 @@ impl Supervisor {
         state.mode
     }
 
-    /// Obeys or refuses a command.
+    /// Accepts or refuses a command.
     ///
     /// # Errors
-    /// Says why it is refused; the mode is then unchanged.
+    /// Returns the reason for a refusal; the mode is then unchanged.
     pub fn command(
         &self,
         state: &mut SupervisorState,
@@ -332,7 +349,7 @@ impl Supervisor {
         }
     }
 
-    /// Whether the state may be relied on now.
+    /// Refuses while a fault is present or the state is stale.
     fn fresh(&self, state: &SupervisorState) -> Result<(), Refusal> {
         if state.fault {
             Err(Refusal::Fault)
@@ -343,7 +360,7 @@ impl Supervisor {
         }
     }
 
-    /// Whether the vehicle may leave the ground.
+    /// Refuses a start from the ground: as [`fresh`](Self::fresh), or tilted.
     fn ready(&self, state: &SupervisorState) -> Result<(), Refusal> {
         self.fresh(state)?;
         if state.level { Ok(()) } else { Err(Refusal::Tilted) }
@@ -352,7 +369,7 @@ impl Supervisor {
 
 /// Cosine of the angle between body z and world z; NaN for a quaternion without a direction.
 fn cos_tilt(attitude: Quat) -> f32 {
-    let Quat { x, y, .. } = attitude;
+    let (x, y) = (attitude.x, attitude.y);
     1.0 - 2.0 * (x * x + y * y) / attitude.length_squared()
 }
 

@@ -9,13 +9,15 @@
 //! ```
 
 use glam::Vec3;
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::jet::Jet;
 use crate::vehicle::GRAVITY;
 
 /// Desired motion at one tick, in the world frame.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Reference {
     /// `p_d`: position (m).
     pub position_world: Vec3,

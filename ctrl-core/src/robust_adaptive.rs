@@ -11,7 +11,7 @@
 use glam::{Quat, Vec3};
 
 use crate::adaptation::Estimate;
-use crate::cascade::{Cascade, CascadeState, Evaluation, in_range};
+use crate::cascade::{Cascade, CascadeState, Evaluation};
 use crate::config::{Checkpoint, RobustAdaptiveConfig};
 use crate::controller::{
     AdaptiveController, Auxiliary, Estimates, Intermediates, StepOutput, StepStatus,
@@ -173,20 +173,11 @@ impl AdaptiveController for RobustAdaptive {
         reference: &Reference,
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput {
-        let Some(input) = self.cascade.admit(vehicle, reference) else {
+        let mut clipped = None;
+        let Some(input) = self.cascade.admit(vehicle, reference, &mut clipped) else {
             return self.cascade.hold(&mut state.cascade, vehicle, reference);
         };
-        let clipped;
-        let reference = if input.status.contains(StepStatus::REFERENCE_CLIPPED) {
-            if !in_range(reference) {
-                return self.cascade.hold(&mut state.cascade, vehicle, reference);
-            }
-            clipped = self.cascade.clipped(reference);
-            &clipped
-        } else {
-            reference
-        };
-        let evaluation = self.cascade.evaluate(&state.cascade, &input, vehicle, reference, None);
+        let evaluation = self.cascade.evaluate(&state.cascade, &input, vehicle, None);
         let law = self.law(state, &evaluation, vehicle.rate_body);
         let sum = (law.torque + law.inertia_rate).element_sum();
         if !evaluation.is_usable(law.rate_error, sum) {

@@ -4,9 +4,6 @@
 //!
 //! ```text
 //! tau   = clip(tau_d, -M_tau, M_tau)                                         (37)
-//! W_a   = R_ta w_a - k5 eps_a                  R_ta = R_a^T R                  (41)
-//! q_a'  = 1/2 A(q_a) W_a                                                     (38)
-//! w_a'  = -k4 w_a + diag(theta_hat)(tau - tau_d)                             (39)
 //! w_e   = w - mu - w_a
 //! B     = [w2 w3, w1 w3, w1 w2]
 //! tau_d = diag(theta_hat)^-1 ( -k4 (w - mu) - eps_e - Pi_hat B + mu' - (D2/J_lo) h(w_e, delta_r) )
@@ -14,12 +11,13 @@
 //! theta_hat' = Proj[1/J_hi, 1/J_lo]( gamma2 tau w_e )                         (51)
 //! Pi_hat'    = Proj[-1, 1]( gamma3 B w_e )                                    (52)
 //! ```
-//! `q_a` moves with the world-frame rate `R_a W_a = R o`, where `o = w_a - k5 R^T eps_a`.
+//! The auxiliary system with `q_a` and `w_a`, (38) to (41), is in `auxiliary.rs`.
 
 use glam::{Quat, Vec3};
 
 use crate::adaptation::Estimate;
-use crate::cascade::{Cascade, CascadeState, Evaluation, in_range};
+use crate::auxiliary::{AuxiliaryIntegrator, attitude_rate, rate_dot};
+use crate::cascade::{Cascade, CascadeState, Evaluation};
 use crate::config::{Checkpoint, SaturatedConfig};
 use crate::controller::{
     AdaptiveController, Auxiliary, Estimates, Intermediates, StepOutput, StepStatus,
@@ -27,18 +25,9 @@ use crate::controller::{
 };
 use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, require};
 use crate::reference::Reference;
-use crate::rotation::{renormalised, rotate_back, vector_part};
+use crate::rotation::vector_part;
 use crate::saturation::{clip, smooth_sign_value};
 use crate::vehicle::{Interval, VehicleState, WrenchBounds};
-
-/// Largest turn of the auxiliary attitude in one step (rad) that its integration follows; a larger
-/// auxiliary rate is clipped. Beyond every rate of a vehicle: 500 rad/s at 1 kHz.
-const AUXILIARY_TURN_MAX: f32 = 0.5;
-
-/// Below this sum of squares of `w_a` (rad/s) and `eps_a` the auxiliary system counts as at rest: 1e-7
-/// is the rounding of a unit quaternion, and an exponential decay would end in subnormal numbers. Not
-/// while a torque saturates: dropped tick after tick, what saturation takes would never enter (39).
-const REST_SQUARE: f32 = 1e-14;
 
 /// Controller 2, validated. Every wrench keeps (7) and (8).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,9 +37,7 @@ pub struct Saturated {
     /// `[1/J_hi, 1/J_lo]`, the set of `theta_hat`.
     inverse_inertia_min: f32,
     inverse_inertia_max: f32,
-    /// `1/(1 + k4 dt)`: one implicit step of the decay in (39).
-    auxiliary_decay: f32,
-    auxiliary_rate_max: f32,
+    auxiliary: AuxiliaryIntegrator,
     /// `D2/J_lo`.
     disturbance_rate: f32,
 }
@@ -83,13 +70,6 @@ impl Law {
     #[inline(always)]
     fn auxiliary_drive(&self) -> Vec3 {
         self.theta * (self.torque - self.torque_demand)
-    }
-}
-
-impl SaturatedState {
-    /// `w_a`.
-    fn auxiliary_rate(&self) -> Vec3 {
-        self.auxiliary.map_or(Vec3::ZERO, |auxiliary| auxiliary.rate)
     }
 }
 
@@ -136,8 +116,7 @@ impl Saturated {
             config: *config,
             inverse_inertia_min: 1.0 / upper,
             inverse_inertia_max: 1.0 / lower,
-            auxiliary_decay: 1.0 / (1.0 + config.k4 * config.step_period),
-            auxiliary_rate_max: AUXILIARY_TURN_MAX / config.step_period,
+            auxiliary: AuxiliaryIntegrator::new(config.k4, config.step_period),
             disturbance_rate: config.uncertainty.disturbance_torque / lower,
         })
     }
@@ -163,10 +142,15 @@ impl Saturated {
         }
         let Auxiliary { attitude, rate } = checkpoint.auxiliary;
         let length = Bound::Inside(0.98, 1.02);
-        require("|checkpoint.auxiliary.attitude|^2", attitude.length_squared(), length, "unit")?;
+        require(
+            "|checkpoint.auxiliary.attitude|^2",
+            attitude.length_squared(),
+            length,
+            "unit quaternion",
+        )?;
         for component in rate.to_array() {
-            let range = Bound::Inside(-self.auxiliary_rate_max, self.auxiliary_rate_max);
-            require("checkpoint.auxiliary.rate", component, range, "0.5 rad a step")?;
+            let range = Bound::Inside(-self.auxiliary.rate_max, self.auxiliary.rate_max);
+            require("checkpoint.auxiliary.rate", component, range, "0.5 rad per step")?;
         }
         Ok(SaturatedState {
             cascade: self.cascade.resume(checkpoint.elapsed, checkpoint.inverse_mass)?,
@@ -219,45 +203,13 @@ impl Saturated {
             status |= StepStatus::INERTIA_PROJECTED;
         }
         if saturated || state.auxiliary.is_some() {
-            status |= self.advance_auxiliary(state, evaluation, law, saturated);
+            let rate_world = evaluation.virtual_rate.auxiliary_rate_world;
+            let drive = law.auxiliary_drive();
+            status |=
+                self.auxiliary.advance(&mut state.auxiliary, dt, rate_world, drive, saturated);
         }
         let (torque, demand) = (law.torque, law.torque_demand);
         self.cascade.commit(&mut state.cascade, evaluation, torque, demand, status)
-    }
-
-    /// One step of (38), explicit and brought back to unit length, and of (39), implicit in the decay.
-    #[inline(always)]
-    fn advance_auxiliary(
-        &self,
-        state: &mut SaturatedState,
-        evaluation: &Evaluation,
-        law: &Law,
-        saturated: bool,
-    ) -> StepStatus {
-        let dt = self.config.step_period;
-        let Auxiliary { attitude, rate } = state.auxiliary.unwrap_or(Auxiliary::REST);
-        // q_a' = 1/2 A(q_a) W_a = 1/2 [0, R o] ⊗ q_a (38)
-        let half_turn = (0.5 * dt) * evaluation.virtual_rate.auxiliary_rate_world;
-        let (eta, eps) = (attitude.w, vector_part(attitude));
-        let next = eps + eta * half_turn + half_turn.cross(eps);
-        let q = Quat::from_xyzw(next.x, next.y, next.z, eta - half_turn.dot(eps));
-        let attitude = renormalised(q).unwrap_or(Quat::IDENTITY);
-        let mut rate = (rate + dt * law.auxiliary_drive()) * self.auxiliary_decay; // (39)
-        let mut status = StepStatus::empty();
-        let square = rate.length_squared();
-        if square > self.auxiliary_rate_max * self.auxiliary_rate_max {
-            rate = clip(rate, self.auxiliary_rate_max);
-            status = StepStatus::AUXILIARY_CLIPPED;
-        }
-        let moving = saturated || square + next.length_squared() > REST_SQUARE;
-        state.auxiliary = moving.then_some(Auxiliary { attitude, rate });
-        status
-    }
-
-    /// `W_a` in its own axes, for an observer.
-    fn auxiliary_attitude_rate(state: &SaturatedState, evaluation: &Evaluation) -> Vec3 {
-        let q_a = state.auxiliary.unwrap_or(Auxiliary::REST).attitude;
-        rotate_back(q_a, evaluation.virtual_rate.auxiliary_rate_world)
     }
 }
 
@@ -316,22 +268,12 @@ impl AdaptiveController for Saturated {
         reference: &Reference,
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput {
-        let Some(input) = self.cascade.admit(vehicle, reference) else {
+        let mut clipped = None;
+        let Some(input) = self.cascade.admit(vehicle, reference, &mut clipped) else {
             return self.cascade.hold(&mut state.cascade, vehicle, reference);
         };
-        let clipped;
-        let reference = if input.status.contains(StepStatus::REFERENCE_CLIPPED) {
-            if !in_range(reference) {
-                return self.cascade.hold(&mut state.cascade, vehicle, reference);
-            }
-            clipped = self.cascade.clipped(reference);
-            &clipped
-        } else {
-            reference
-        };
         let auxiliary = state.auxiliary.as_ref().map(|at| (at, self.config.k5));
-        let evaluation =
-            self.cascade.evaluate(&state.cascade, &input, vehicle, reference, auxiliary);
+        let evaluation = self.cascade.evaluate(&state.cascade, &input, vehicle, auxiliary);
         let law = self.law(state, &evaluation, vehicle.rate_body);
         let rates = law.inverse_inertia_rate + law.gyroscopic_ratio_rate;
         let sum = (law.torque_demand + rates).element_sum();
@@ -344,8 +286,11 @@ impl AdaptiveController for Saturated {
             torque_body: law.torque,
             inverse_inertia_rate: law.inverse_inertia_rate,
             gyroscopic_ratio_rate: law.gyroscopic_ratio_rate,
-            auxiliary_attitude_rate: Self::auxiliary_attitude_rate(state, &evaluation),
-            auxiliary_rate_dot: law.auxiliary_drive() - self.config.k4 * state.auxiliary_rate(),
+            auxiliary_attitude_rate: attitude_rate(
+                state.auxiliary,
+                evaluation.virtual_rate.auxiliary_rate_world,
+            ),
+            auxiliary_rate_dot: rate_dot(state.auxiliary, self.config.k4, law.auxiliary_drive()),
             ..evaluation.intermediates(&self.cascade, &state.cascade)
         });
         self.commit(state, &evaluation, &law)

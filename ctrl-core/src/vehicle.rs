@@ -1,15 +1,17 @@
-//! What passes between vehicle and controller, and what is known of the vehicle.
+//! Quantities exchanged between vehicle and controller, and known bounds of the vehicle.
 //!
 //! Frames and rotations follow [`crate::rotation`]; all units are SI.
 
 use glam::{Quat, Vec3};
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-/// Standard value of the gravitational acceleration `g` (m/s^2); gravity is `-g e3`.
+/// Gravitational acceleration `g` of the paper (m/s^2), rounded from the standard 9.80665; gravity is `-g e3`.
 pub const GRAVITY: f32 = 9.81;
 
 /// Position, velocity, attitude and body rate of the vehicle at one tick.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct VehicleState {
     /// `p`: position of the centre of mass in the world frame (m).
     pub position_world: Vec3,
@@ -34,8 +36,9 @@ impl VehicleState {
     }
 }
 
-/// What the controller asks of the rotors: collective thrust and torque.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// Command to the rotors: collective thrust and torque.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Wrench {
     /// `f`: collective thrust along body +z (N), never negative.
     pub thrust: f32,
@@ -44,7 +47,8 @@ pub struct Wrench {
 }
 
 /// The set in which every [`Wrench`] of a controller lies.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct WrenchBounds {
     /// Lower thrust bound (19) (N), positive.
     pub thrust_min: f32,
@@ -55,8 +59,9 @@ pub struct WrenchBounds {
 }
 
 /// A closed interval `[lower, upper]` known to contain an unknown quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Interval {
     /// Smallest possible value.
     pub lower: f32,
@@ -65,16 +70,17 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Whether `x` lies inside, ends included.
+    /// Returns `true` if `x` lies inside, ends included.
     #[must_use]
     pub fn contains(&self, x: f32) -> bool {
         self.lower <= x && x <= self.upper
     }
 }
 
-/// What is known of the vehicle and of what disturbs it (Assumptions 1 to 3).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// Known bounds of the vehicle and of its disturbances (Assumptions 1 to 3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Uncertainty {
     /// `[m_lo, m_hi]`: the mass lies inside (kg).
     pub mass: Interval,
@@ -87,8 +93,9 @@ pub struct Uncertainty {
 }
 
 /// Estimates at the first step.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct InitialEstimate {
     /// Mass (kg), inside its interval.
     pub mass: f32,

@@ -6,9 +6,9 @@
 use core::marker::PhantomData;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
-use serde::{Deserialize, Serialize};
 
 use super::message::Message;
+use super::statistics::LinkStatistics;
 use super::{MAX_FRAME, MAX_PAYLOAD};
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -87,24 +87,7 @@ pub struct Received<M> {
     pub message: M,
 }
 
-/// What a decoder has seen; counts wrap.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LinkStatistics {
-    /// Frames that were delivered.
-    pub delivered: u32,
-    /// Frames with broken COBS, too long or short, or with a wrong checksum.
-    pub damaged: u32,
-    /// Whole frames of another version or of the other direction.
-    pub foreign: u32,
-    /// Whole frames that hold no message of this version.
-    pub malformed: u32,
-    /// Whole frames dropped as late or doubled.
-    pub late: u32,
-    /// Sequence numbers that were skipped: frames that were damaged or never arrived.
-    pub lost: u32,
-}
-
-/// Why a whole frame is not delivered.
+/// Reason for dropping a frame.
 enum Drop {
     Damaged,
     Foreign,
@@ -140,7 +123,7 @@ impl<M> Default for Decoder<M> {
 }
 
 impl<M: Message> Decoder<M> {
-    /// What has been seen so far.
+    /// Statistics so far.
     #[must_use]
     pub fn statistics(&self) -> LinkStatistics {
         self.statistics

@@ -19,18 +19,20 @@ extern crate std;
 mod frame;
 mod message;
 mod parameter;
+mod statistics;
 mod upload;
 
 #[cfg(test)]
 mod tests;
 
-pub use frame::{Decoder, EncodeError, Encoder, LinkStatistics, Received};
+pub use frame::{Decoder, EncodeError, Encoder, Received};
 pub use message::{
-    Acknowledgement, ControllerKind, Downlink, FaultKind, FaultReport, GroupHealth, Health,
-    Identity, Message, ParameterOrigin, ParameterValue, ParametersInForce, Rejection, Telemetry,
-    TrajectorySelection, Uplink,
+    Acknowledgement, ControllerKind, Downlink, FaultKind, FaultReport, Health, Identity, Message,
+    ParameterOrigin, ParameterValue, ParametersInForce, Rejection, Telemetry, TrajectorySelection,
+    Uplink,
 };
 pub use parameter::{Parameter, Parameters};
+pub use statistics::{GroupHealth, LinkStatistics};
 pub use upload::{PathUpload, UploadError};
 
 /// Version of the protocol; frames of another version are counted and dropped.

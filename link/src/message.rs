@@ -8,7 +8,7 @@ use glam::{Quat, Vec3};
 use heapless::String;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use super::frame::LinkStatistics;
+use super::statistics::{GroupHealth, LinkStatistics};
 use super::{GROUPS, NAME_MAX, REGISTERS, TEXT_MAX, VERSION};
 use ctrl_core::allocation::Limited;
 use ctrl_core::controller::{Auxiliary, ControllerConfig, Estimates, StepStatus};
@@ -23,7 +23,7 @@ pub trait Message: Serialize + DeserializeOwned {
     /// First byte of each frame: the version, and the direction in the top bit.
     const TAG: u8;
 
-    /// Whether the sender has just begun, and numbers its frames anew.
+    /// Returns `true` if the sender has just begun and numbers its frames from zero.
     fn begins_numbering(&self) -> bool;
 }
 
@@ -35,23 +35,23 @@ pub enum Uplink {
     /// Arm, disarm, start or stop. Start from Armed resets the controller and sets the trajectory
     /// to tick zero; Start from Failsafe goes on where they were.
     Command(Command),
-    /// Where the vehicle is at a control tick.
+    /// State of the vehicle at a control tick.
     State {
         /// Control tick since Start.
         tick: u64,
         /// The state then.
         state: VehicleState,
     },
-    /// Where to be at a control tick; heard while [`TrajectorySelection::Stream`] is selected.
+    /// Reference at a control tick; used while [`TrajectorySelection::Stream`] is selected.
     Reference {
         /// Control tick since Start.
         tick: u64,
         /// The reference then.
         reference: Reference,
     },
-    /// Which trajectory to fly from the next Start.
+    /// Selects the trajectory from the next Start.
     SelectTrajectory(TrajectorySelection),
-    /// Which controller flies from the next Start.
+    /// Selects the controller from the next Start.
     SelectController(ControllerKind),
     /// Begins the upload of a waypoint path and forgets the last one.
     PathBegin {
@@ -102,7 +102,7 @@ pub enum Uplink {
     /// Enters (true) or leaves lock step: control ticks then begin at [`Uplink::Step`] only, and the
     /// rotor outputs stay off. Only disarmed; leaving disarms.
     LockStep(bool),
-    /// In lock step, lets one control tick pass; answered by [`Downlink::Stepped`].
+    /// Lock-step request: runs one control tick; answered by [`Downlink::Stepped`].
     Step {
         /// Ticks since the start of the program after it. The tick before asks for nothing but the
         /// answer again; any other number is answered alike.
@@ -116,19 +116,19 @@ pub enum Uplink {
 pub enum Downlink {
     /// First message after a start, and the answer to [`Uplink::Hello`].
     Identity(Identity),
-    /// Whether a message was obeyed.
+    /// Acceptance or rejection of a message.
     Acknowledgement(Acknowledgement),
-    /// What the controller saw and did at one tick.
+    /// Input and output of the controller at one tick.
     Telemetry(Telemetry),
     /// A parameter.
     Parameter(ParameterValue),
-    /// Why the vehicle restarted by itself.
+    /// Reason for a restart of the vehicle by itself.
     Fault(FaultReport),
-    /// How link and rate groups fare.
+    /// Health of link and rate groups.
     Health(Health),
-    /// Which parameters are in force: after every [`Identity`], and when that has changed.
+    /// Origin of the parameters in force: after every [`Identity`], and when that has changed.
     ParametersInForce(ParametersInForce),
-    /// In lock step: a control tick and all that it released are done, and all that they had to say
+    /// In lock step: a control tick and all that it released are done, and all that they sent
     /// was sent before. Also sent when lock step begins.
     Stepped {
         /// Ticks since the start of the program.
@@ -169,7 +169,7 @@ pub enum TrajectorySelection {
     UploadedPath,
 }
 
-/// Which control law.
+/// Kind of control law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ControllerKind {
@@ -188,7 +188,7 @@ impl From<&ControllerConfig> for ControllerKind {
     }
 }
 
-/// Who is there.
+/// Identity of the vehicle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// Version of the firmware.
@@ -214,7 +214,7 @@ pub struct Acknowledgement {
     pub result: Result<(), Rejection>,
 }
 
-/// Why a message was not obeyed.
+/// Reason for the rejection of a message.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Rejection {
     /// The command does not fit the mode or its conditions.
@@ -275,7 +275,7 @@ pub struct Telemetry {
     pub tick: u64,
     /// Mode after the tick.
     pub mode: Mode,
-    /// Why a mode was last left for a safer one.
+    /// Reason for the last change to a safer mode.
     pub cause: Option<Cause>,
     /// The wrench that went to the rotors, after the mode's gate.
     pub wrench: Wrench,
@@ -283,7 +283,7 @@ pub struct Telemetry {
     pub torque_demand_body: Vec3,
     /// Status of the step.
     pub status: StepStatus,
-    /// What the rotors' limits took from the wrench.
+    /// Parts of the wrench that the rotors' limits reduced.
     pub limited: Limited,
     /// Estimates after the step.
     pub estimates: Estimates,
@@ -309,7 +309,7 @@ pub struct ParameterValue {
     pub value: f32,
 }
 
-/// Where the parameters in force at the start came from.
+/// Origin of the parameters in force at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ParameterOrigin {
     /// From the image: nothing is stored, or what was stored was forgotten.
@@ -323,18 +323,18 @@ pub enum ParameterOrigin {
     Refused,
 }
 
-/// Which parameters are in force.
+/// Origin of the parameters in force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ParametersInForce {
-    /// Where those of the start, or of the last keeping or forgetting, came from.
+    /// Origin at the start, or at the last keeping or forgetting.
     pub origin: ParameterOrigin,
-    /// How often this vehicle has kept or forgotten parameters.
+    /// Count of keepings and forgettings on this vehicle.
     pub generation: u32,
     /// They have been changed since: a restart would bring other ones.
     pub changed: bool,
 }
 
-/// What kind of fault restarted the vehicle.
+/// Kind of fault that restarted the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FaultKind {
     /// The program panicked.
@@ -350,7 +350,7 @@ pub enum FaultKind {
 /// Evidence of a fault, kept over the restart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FaultReport {
-    /// What happened.
+    /// Description of the fault.
     pub kind: FaultKind,
     /// Control ticks between start and fault.
     pub uptime_ticks: u32,
@@ -362,17 +362,6 @@ pub struct FaultReport {
     pub text: String<TEXT_MAX>,
 }
 
-/// How one rate group fares.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct GroupHealth {
-    /// Finishes, timely or late.
-    pub completed: u32,
-    /// Longest time from release to finish (us).
-    pub worst_time: u32,
-    /// Missed deadlines and missed releases.
-    pub overruns: u32,
-}
-
 /// Counts since the start of the program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Health {
@@ -380,7 +369,7 @@ pub struct Health {
     pub uptime_ticks: u64,
     /// Control, state input, telemetry, housekeeping.
     pub groups: [GroupHealth; GROUPS],
-    /// What the vehicle's decoder has seen.
+    /// Statistics of the vehicle's decoder.
     pub link: LinkStatistics,
     /// Frames that did not fit the vehicle's transmit queue.
     pub transmit_dropped: u32,

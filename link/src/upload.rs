@@ -6,9 +6,10 @@ use glam::Vec3;
 
 use super::message::Rejection;
 use ctrl_core::error::ConfigError;
+use ctrl_core::list::List;
 use ctrl_core::trajectory::{CheckedPath, Leg, MAX_LEGS, WaypointPathConfig};
 
-/// Why a leg or a path was not taken.
+/// Reason for the refusal of a leg or a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum UploadError {
     /// More legs are announced than [`MAX_LEGS`], or none.
@@ -71,7 +72,7 @@ impl PathUpload {
         if legs == 0 || usize::from(legs) > MAX_LEGS {
             return Err(UploadError::Count(legs));
         }
-        self.path = Some(WaypointPathConfig { start_world, yaw, legs: heapless::Vec::new() });
+        self.path = Some(WaypointPathConfig { start_world, yaw, legs: List::new() });
         self.announced = legs;
         Ok(())
     }

@@ -56,7 +56,7 @@ fn main() -> ExitCode {
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Whether a build for AVX takes every square root in AVX's encoding.
+/// `true` if a build for AVX takes every square root in AVX's encoding.
 fn has_no_legacy_root() -> bool {
     if cfg!(not(all(target_arch = "x86_64", target_feature = "avx"))) {
         return true;

@@ -15,7 +15,7 @@ const REPORT_STYLE: &str =
 /// Choice of the theme; goes into the head, so that a page is not shown in the wrong one first.
 const THEME: &str = include_str!("../assets/theme.js");
 
-/// What replay and charts are made of, in order.
+/// Scripts of replay and charts, in order.
 const REPLAY: [&str; 12] = [
     include_str!("../assets/uplot/uPlot.iife.min.js"),
     include_str!("../assets/element.js"),
@@ -31,10 +31,10 @@ const REPLAY: [&str; 12] = [
     include_str!("../assets/replay/player.js"),
 ];
 
-/// What the page of one flight has beside the replay.
+/// Scripts of a flight's page, beside the replay.
 pub const RUN: &str = include_str!("../assets/run.js");
 
-/// What a campaign's report has beside the replay, in order.
+/// Scripts of a campaign's report, beside the replay, in order.
 pub const REPORT: [&str; 5] = [
     include_str!("../assets/tooltip.js"),
     include_str!("../assets/chart/distribution.js"),

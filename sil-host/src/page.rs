@@ -1,4 +1,4 @@
-//! One self-contained HTML page a scenario: result, table of guarantees, all figures, and a replay.
+//! One self-contained HTML page per scenario: result, table of guarantees, all figures, and a replay.
 
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-//! What a run prints: the table of guarantees, or the same as JSON.
+//! Report of a run: the table of guarantees, or the same as JSON.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -9,7 +9,7 @@ use sim::guarantee::{Requirement, Verdict};
 use sim::number::number;
 use sim::scenario::{BUILT_IN, LoadedScenario};
 
-/// What came out of one flight.
+/// Result of one flight.
 #[derive(Clone, Debug, Serialize)]
 pub struct FlightReport {
     /// The scenario's name.
@@ -24,12 +24,12 @@ pub struct FlightReport {
     pub flight_time: f64,
     /// Time that the flight took, monitors and trace included (s).
     pub wall_time: f64,
-    /// Where the results were written.
+    /// Directory of the results.
     pub directory: PathBuf,
 }
 
 impl FlightReport {
-    /// Whether every guarantee held.
+    /// `true` if every guarantee held.
     #[must_use]
     pub fn passed(&self) -> bool {
         self.verdicts.iter().all(|verdict| verdict.pass)

@@ -1,28 +1,28 @@
-//! What a run leaves behind for a scenario: `trace.csv`, one SVG a figure, and `index.html`.
+//! Files of a scenario's results: `trace.csv`, one SVG per figure, and `index.html`.
 
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::figure::{Recorder, catalogue};
+use crate::figure::{FigureRecorder, catalogue};
 use crate::page;
-use crate::replay3d::{FrameRecorder, Track};
+use crate::replay3d::{ReplayRecorder, Track};
 use crate::report::FlightReport;
 use crate::trace::TraceWriter;
 use sim::observer::Observer;
 use sim::scenario::Scenario;
 use sim::tick::Tick;
 
-/// Frames that the page replays.
-const FRAMES: usize = 600;
+/// Ticks that the page replays.
+const REPLAYED: usize = 600;
 
-/// FlightResults in the making.
+/// Results of a flight in progress.
 #[derive(Debug)]
 pub struct FlightResults {
     directory: PathBuf,
     trace: TraceWriter<File>,
-    recorder: Recorder,
-    frames: FrameRecorder,
+    recorder: FigureRecorder,
+    replay: ReplayRecorder,
 }
 
 impl FlightResults {
@@ -33,15 +33,15 @@ impl FlightResults {
     pub fn create(directory: &Path, scenario: &Scenario, every: u64) -> io::Result<Self> {
         fs::create_dir_all(directory)?;
         let trace = TraceWriter::new(File::create(directory.join("trace.csv"))?, every)?;
-        let recorder = Recorder::new(scenario.duration, scenario.guarantees.settle_time);
-        let frames = FrameRecorder::new(scenario.duration, FRAMES);
-        Ok(Self { directory: directory.to_owned(), trace, recorder, frames })
+        let recorder = FigureRecorder::new(scenario.duration, scenario.guarantees.settle_time);
+        let replay = ReplayRecorder::new(scenario.duration, REPLAYED);
+        Ok(Self { directory: directory.to_owned(), trace, recorder, replay })
     }
 
     /// Completes the trace alone, without figures and page; returns its number of rows.
     ///
     /// # Errors
-    /// The first that writing it met.
+    /// The first error of any write.
     pub fn finish_trace(self) -> io::Result<u64> {
         self.trace.finish().map(|(_, rows)| rows)
     }
@@ -49,7 +49,7 @@ impl FlightResults {
     /// Completes the trace and writes the figures and the page.
     ///
     /// # Errors
-    /// The first that writing any file met.
+    /// The first error of any write.
     pub fn finish(self, scenario: &Scenario, report: &FlightReport) -> io::Result<()> {
         self.trace.finish()?;
         let vehicle = scenario.vehicle.into();
@@ -60,7 +60,7 @@ impl FlightResults {
             fs::write(self.directory.join(figure.name).with_extension("svg"), &document)?;
             documents.push(document);
         }
-        let track = Track::new(&self.frames.finish());
+        let track = Track::new(&self.replay.finish());
         fs::write(self.directory.join("index.html"), page::html(report, &documents, &track))
     }
 }
@@ -70,6 +70,6 @@ impl Observer for FlightResults {
     fn observe(&mut self, tick: &Tick) {
         self.trace.observe(tick);
         self.recorder.observe(tick);
-        self.frames.observe(tick);
+        self.replay.observe(tick);
     }
 }

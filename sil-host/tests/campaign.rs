@@ -231,6 +231,12 @@ fn shards_in_any_order_merge_to_the_same_bytes() {
         assert!(complaint(&output).contains(piece), "{}", complaint(&output));
     };
     refused(&[&one, &three], "parts/pair.3-of-3: seeds 108 to 115 are missing");
+    refused(
+        &["whole", &two],
+        "whole: no results here, but in the directory below it: give whole/pair",
+    );
+    refused(&["parts"], "give parts/pair.1-of-3 or parts/pair.2-of-3 or parts/pair.3-of-3 instead");
+    refused(&["whole/pair/none"], "campaign.toml is missing; name the directory of a campaign");
     refused(&[&two, &one], "parts/pair.2-of-3: seeds 116 to 123 are missing");
     refused(&[&one, &two, &two, &three], "overlaps with another part from seed 108 on");
     fly(&directory, &["pair.toml", "--shard", "3/3", "--out", "other", "--set", "duration=0.2"]);

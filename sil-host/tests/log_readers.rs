@@ -11,7 +11,7 @@ use serde_json::Value;
 use sil_host::log::description::Description;
 use sim::scenario::LoadedScenario;
 
-/// How both of the paper's scenarios are flown here.
+/// Arguments of the flights of both of the paper's scenarios.
 const CHANGES: [&str; 2] = ["duration=4", "initial.tilt_deg=60"];
 /// Ticks of a flight at 1 kHz.
 const TICKS: usize = 4_000;
@@ -56,7 +56,7 @@ fn flown(name: &str, test: &str, formats: &str, rate: &str) -> PathBuf {
     out.join(name)
 }
 
-/// What a script says of a log that has every `every`-th tick.
+/// Output of a script on a log that has every `every`-th tick.
 fn read(script: &str, directory: &Path, file: &str, every: usize) -> Value {
     let mut python = tool("python3");
     python.arg("-B").arg(root().join("tests/tests/python").join(script));

@@ -324,7 +324,7 @@ fn random_vehicles_get_gains_that_fly_or_a_reason() {
     assert!(feasible >= 40, "{feasible} of 60");
 }
 
-/// What the error says after `key >= ` or `key <= `.
+/// Text of the error after `key >= ` or `key <= `.
 fn remedy(error: &str, key: &str) -> String {
     let (_, after) = error.split_once(key).unwrap_or_else(|| panic!("{key} in: {error}"));
     after.split_whitespace().next().expect("a number").to_owned()
@@ -341,8 +341,8 @@ fn what_is_infeasible_says_what_would_help() {
         let error = Proposal::new(request(&text)).expect_err("infeasible");
         let message = error.to_string();
         assert!(message.contains(inequality) && error.left > error.right, "{message}");
-        let mended = heavy_but(key, &remedy(&message, relation));
-        match Proposal::new(request(&mended)) {
+        let changed_text = heavy_but(key, &remedy(&message, relation));
+        match Proposal::new(request(&changed_text)) {
             Ok(proposal) => assert_as_wanted(&proposal),
             // Another limit may come next, but not the same again.
             Err(next) => assert!(!next.to_string().contains(inequality), "{message}\n{next}"),
@@ -368,6 +368,22 @@ fn values_out_of_range_name_line_key_and_bound() {
     assert!(message.contains("vehicle.toml:8: thrust_max: needs torque_max"), "{message}");
     let message = refused(&HEAVY.replace("torque_max", "torqe_max"));
     assert!(message.contains("did you mean `torque_max`"), "{message}");
+}
+
+/// The vehicle file of `docs/tune.md`, whose `lasting_torque` is all of its `disturbance_torque`.
+#[test]
+fn the_example_of_the_documentation_gets_gains() {
+    let page = include_str!("../../docs/tune.md");
+    let (_, example) = page.split_once("```toml\n").expect("an example");
+    let (example, _) = example.split_once("```").expect("its end");
+    let proposal = proposal(example);
+    assert_eq!(proposal.request.name, "small");
+    assert_eq!(proposal.request.lasting_torque, f64::from(2e-4_f32));
+    assert_as_wanted(&proposal);
+    let more = example.replace("lasting_torque = 2e-4", "lasting_torque = 2.1e-4");
+    let error =
+        Request::parse("small.toml", &more, WantedOptions::default()).expect_err("too much");
+    assert!(error.to_string().starts_with("small.toml:6: lasting_torque: "), "{error}");
 }
 
 fn sil_host(arguments: &[&str]) -> Output {

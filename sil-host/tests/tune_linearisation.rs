@@ -15,7 +15,7 @@ use sim::plant::rigid_body::RigidBody;
 use sim::plant::{Disturbance, PlantParameters, PlantState};
 use sim::scenario::LoadedScenario;
 
-/// What moves at hover.
+/// Axis of the motion at hover.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Axis {
     /// Along x, tilting about y.

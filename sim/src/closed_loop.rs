@@ -88,6 +88,28 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         Self { evaluator: Some(evaluator), ..self }
     }
 
+    /// The same flight along another trajectory, which the caller has the controller
+    /// [`accept`](AdaptiveController::accept).
+    #[must_use]
+    pub fn with_trajectory<U: Trajectory>(self, trajectory: U) -> Flight<C, U, P, D> {
+        let Self { controller, state, plant, disturbance, evaluator, tick, .. } = self;
+        Flight { controller, state, trajectory, plant, disturbance, evaluator, tick }
+    }
+
+    /// The same flight of another plant, with the same step period.
+    #[must_use]
+    pub fn with_plant<Q: Plant>(self, plant: Q) -> Flight<C, T, Q, D> {
+        let Self { controller, state, trajectory, disturbance, evaluator, tick, .. } = self;
+        Flight { controller, state, trajectory, plant, disturbance, evaluator, tick }
+    }
+
+    /// The same flight under another disturbance.
+    #[must_use]
+    pub fn with_disturbance<E: DisturbanceSource>(self, disturbance: E) -> Flight<C, T, P, E> {
+        let Self { controller, state, trajectory, plant, evaluator, tick, .. } = self;
+        Flight { controller, state, trajectory, plant, disturbance, evaluator, tick }
+    }
+
     /// Flies `ticks` control ticks at full speed, without observer.
     pub fn advance(&mut self, ticks: u64) {
         for _ in 0..ticks {

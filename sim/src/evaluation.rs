@@ -15,9 +15,9 @@ pub struct Evaluation {
     pub rate_error: DVec3,
     /// `V3` (controller 1) or `V5` (controller 2).
     pub value: f64,
-    /// The part of V that only estimates make up; it never has to decay.
+    /// The part of V due to the estimates; it need not decay.
     pub parameter_part: f64,
-    /// `W`: the decrease that the theorem promises, (36) or (53) (1/s).
+    /// `W`: the guaranteed decrease of V, (36) or (53) (1/s).
     pub decrease: f64,
     pub(crate) translation: Translation,
     pub(crate) attitude: Attitude,
@@ -29,7 +29,7 @@ pub struct Evaluation {
     pub(crate) inertia_error: DVec3,
     /// Widths of the translational and the rotational smooth sign.
     pub(crate) delta: (Width, Width),
-    /// What the estimates gain until the next tick before projection.
+    /// Increments of the estimates until the next tick, before projection.
     pub(crate) increments: Increments,
     /// `beta`.
     pub(crate) inverse_mass: f64,
@@ -89,7 +89,7 @@ pub(crate) struct Lengths {
 pub(crate) struct Width {
     /// `delta`.
     pub value: f64,
-    /// By how much `h` with the core's own width may differ.
+    /// Bound of the difference to `h` with the core's own width.
     pub sign_error: f64,
 }
 

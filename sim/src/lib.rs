@@ -1,8 +1,10 @@
 //! Simulation of a vehicle under a controller of `ctrl-core`: plant, closed loop, scenarios, and the
 //! monitors that check the guarantees of the two theorems against the plant's truth.
 //!
-//! A [`scenario`] is read from TOML; its flight runs in [`closed_loop`] against the [`plant`]; every
-//! [`tick`] goes to its observers, among them the monitors of the [`guarantee`]s.
+//! A [`scenario`] is read from TOML; its flight runs in [`closed_loop`] against the [`plant`]; its
+//! [`observer`]s receive every [`tick`], among them the monitors of the [`guarantee`]s. The table of
+//! [`quantity`] defines each logged quantity of a tick. The crate `examples` shows a controller, a
+//! disturbance, a monitor and a trajectory of one's own.
 
 pub mod closed_loop;
 pub mod evaluation;
@@ -11,5 +13,6 @@ pub mod norm;
 pub mod number;
 pub mod observer;
 pub mod plant;
+pub mod quantity;
 pub mod scenario;
 pub mod tick;

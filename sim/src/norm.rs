@@ -3,7 +3,7 @@
 //! glam takes its roots from `libm`, as the core needs it to for `f32`. On x86-64 that is the
 //! processor's instruction in the legacy encoding; amid AVX code each one costs two switches of about
 //! 70 cycles. `f64::sqrt` is the same instruction in the encoding of the code around it: the same
-//! bits, half the time of a watched tick.
+//! bits, half the time of a monitored tick.
 
 use glam::DVec3;
 

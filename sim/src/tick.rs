@@ -23,8 +23,8 @@ pub struct Tick {
     /// The wrench that acts on the vehicle at this instant: the command, unless the scenario has an
     /// `[actuation]`.
     pub applied: AppliedWrench,
-    /// `true` if a law of the paper flies. Else intermediate quantities, estimates and auxiliary system
-    /// are at rest, and the evaluation has nothing but the position error.
+    /// `true` under a law of the paper. Otherwise intermediate quantities, estimates and auxiliary system
+    /// are at rest, and the evaluation holds the position error alone.
     pub law: bool,
     /// Every quantity of the law's evaluation; all zero when the output was held.
     pub intermediates: Intermediates,

@@ -1,5 +1,4 @@
-//! What lies between command and vehicle, against exact solutions; and what scenarios and guarantees
-//! make of it.
+//! Actuator dynamics against exact solutions, and their effect on scenarios and guarantees.
 
 use ctrl_core::vehicle::{GRAVITY, Wrench};
 use glam::{DQuat, DVec3, Vec3};
@@ -156,7 +155,7 @@ fn runge_kutta_keeps_its_fourth_order_under_a_lag() {
     }
 }
 
-/// What acts at each tick of a flight, and its verdicts.
+/// The applied wrench at each tick of a flight, and its verdicts.
 struct Watch {
     guarantees: Guarantees,
     applied: Vec<AppliedWrench>,
@@ -206,10 +205,10 @@ fn ticks_beyond_the_rotors_are_left_out_and_all_others_judged() {
     let changes = ["actuation.torque_max=0.5"];
     let watch = watched("paper-robust-adaptive", &changes, 20_000);
     let rows = watch.guarantees.verdicts();
-    let cut = row(&rows, "ticks with a command beyond the rotors").observed.unwrap();
+    let cut = row(&rows, "ticks with a command beyond the rotor limits").observed.unwrap();
     assert!((10.0..1_000.0).contains(&cut), "{cut}");
-    assert_eq!(row(&rows, "ticks that the balance leaves out").observed, Some(cut));
-    let balance = row(&rows, "V rises beyond its balance");
+    assert_eq!(row(&rows, "ticks excluded from the balance check").observed, Some(cut));
+    let balance = row(&rows, "Lyapunov balance residual");
     assert_eq!(balance.requirement, Requirement::AtMost(0.0));
     assert!(balance.pass, "{balance:?}");
     let torque = row(&rows, "applied torque");
@@ -227,20 +226,20 @@ fn limits_do_not_hide_a_broken_balance() {
     let mut watch =
         Watch { guarantees: scenario.monitors(), applied: Vec::new(), commanded: Vec::new() };
     loaded.flight().expect("valid").observe(2_000, &mut watch);
-    assert!(!row(&watch.guarantees.verdicts(), "V rises beyond its balance").pass);
+    assert!(!row(&watch.guarantees.verdicts(), "Lyapunov balance residual").pass);
 }
 
 #[test]
 fn under_delay_or_lag_v_is_information() {
     for change in ["actuation.delay=0.004", "actuation.rotor_lag=0.01"] {
         let rows = watched("paper-saturated", &[change], 3_000).guarantees.verdicts();
-        let balance = row(&rows, "V rises beyond its balance");
+        let balance = row(&rows, "Lyapunov balance residual");
         assert_eq!(balance.requirement, Requirement::Information);
         assert!(
             balance.observed.unwrap() > 0.0,
             "{change}: the vehicle does otherwise: {balance:?}"
         );
-        assert!(row(&rows, "V rises over a window").pass);
+        assert!(row(&rows, "increase of V over a window").pass);
         assert!(row(&rows, "disturbance term").requirement == Requirement::AtMost(0.0));
         assert!(row(&rows, "torque about x").pass, "the law keeps its own limit");
     }
@@ -288,7 +287,7 @@ fn broken(name: &str, change: &str) -> Vec<String> {
 }
 
 #[test]
-fn what_the_theorems_do_not_assume_is_told() {
+fn violated_assumptions_are_reported() {
     let none: Vec<String> = Vec::new();
     assert_eq!(broken("paper-saturated", "actuation={torque_max=0.05, thrust_max=12}"), none);
     assert_eq!(broken("paper-saturated", "actuation={delay=0, rotor_lag=0}"), none);
@@ -296,17 +295,20 @@ fn what_the_theorems_do_not_assume_is_told() {
     assert_eq!(
         broken("paper-saturated", "actuation={torque_max=0.04, thrust_max=10}"),
         [
-            "the rotors give 10 N of thrust, the law may ask for 11.888",
-            "the rotors give 0.04 N m about an axis, the law may ask for 0.05"
+            "the rotors are limited to 10 N of thrust, the law may command 11.888",
+            "the rotors are limited to 0.04 N m per axis, the law may command 0.05"
         ]
     );
     assert_eq!(
         broken("paper-robust-adaptive", "actuation.torque_max=0.5"),
-        ["the rotors give 0.5 N m about an axis, the law may ask for any"]
+        ["the rotors are limited to 0.5 N m per axis, the law may command any"]
     );
     assert_eq!(
         broken("paper-saturated", "actuation={delay=0.0123, rotor_lag=0.02}"),
-        ["commands act 0.012 s late", "thrust and torque lag behind the command by 0.02 s"]
+        [
+            "commands act with a delay of 0.012 s",
+            "thrust and torque follow the command with a time constant of 0.02 s"
+        ]
     );
 }
 

@@ -113,6 +113,30 @@ fn impossible_values_are_named_with_their_bound() {
 }
 
 #[test]
+fn an_inertia_of_no_rigid_body_is_refused_with_line_and_rule() {
+    let line = line_of("paper-saturated", "inertia = [0.04856");
+    let message = fault_after("paper-saturated", "0.04856, 0.04856, 0.09801", "0.01, 0.01, 0.9");
+    assert!(message.starts_with(&format!("my.toml:{line}: vehicle.inertia: ")), "{message}");
+    assert!(message.contains("at most the sum of the other two"), "{message}");
+    // Two equal moments may not sum to less than the third, whichever axis it is.
+    for inertia in ["[0.9, 0.01, 0.01]", "[0.01, 0.9, 0.01]"] {
+        assert!(fault_of_change(&format!("vehicle.inertia={inertia}")).contains("no rigid body"));
+    }
+    assert_eq!(changed("vehicle.inertia=[0.04, 0.04, 0.08]").vehicle.inertia.z, 0.08);
+}
+
+#[test]
+fn a_name_that_is_no_path_component_is_refused_with_line_and_rule() {
+    let line = line_of("paper-saturated", "name = ");
+    for name in ["", "..", "../../etc/p", "a/b"] {
+        let text = format!("name = \"{name}\"");
+        let message = fault_after("paper-saturated", "name = \"paper-saturated\"", &text);
+        assert!(message.starts_with(&format!("my.toml:{line}: name: ")), "{message}");
+        assert!(message.contains("letters, digits"), "{message}");
+    }
+}
+
+#[test]
 fn refusals_of_the_controller_are_traced_to_their_key() {
     let line = line_of("paper-saturated", "gamma3 = 0.01");
     let message = fault_after("paper-saturated", "gamma3 = 0.01", "gamma3 = -0.01");
@@ -141,10 +165,10 @@ fn refusals_of_the_trajectory_are_traced_to_their_key() {
 #[test]
 fn changes_reach_any_field() {
     assert_eq!(changed("duration=5").duration, 5.0);
-    assert_eq!(changed("vehicle.inertia=[0.04, 0.04, 0.1]").vehicle.inertia.z, 0.1);
+    assert_eq!(changed("vehicle.inertia=[0.04, 0.05, 0.08]").vehicle.inertia.z, 0.08);
     assert_eq!(
-        changed("vehicle.inertia[2]=0.1").vehicle.inertia.to_array(),
-        [0.04856, 0.04856, 0.1]
+        changed("vehicle.inertia[2]=0.09").vehicle.inertia.to_array(),
+        [0.04856, 0.04856, 0.09]
     );
     assert_eq!(changed("name=other").name, "other");
     assert_eq!(
@@ -209,7 +233,7 @@ fn faults_outside_a_change_keep_their_line() {
 }
 
 #[test]
-fn leaving_the_assumptions_is_told() {
+fn violated_assumptions_are_reported() {
     let broken = changed("disturbance.noise.torque=0.06").broken_assumptions();
     assert_eq!(broken, ["disturbance torque up to 0.06 N m exceeds D2 = 0.05 N m"]);
     let broken = changed("vehicle.mass=1.1").broken_assumptions();

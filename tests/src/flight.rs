@@ -32,7 +32,7 @@ pub fn start(circle: &Circle, offset: DVec3, axis: DVec3, tilt: f64) -> PlantSta
     }
 }
 
-/// What the vehicle flies with over one tick.
+/// Thrust and torque held over one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Held {
     /// Command.

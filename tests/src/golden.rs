@@ -1,7 +1,4 @@
 //! The golden single steps of both controllers in `tests/data` (described in its README).
-//!
-//! Every second line of controller 1 was computed with an auxiliary attitude `q_a` that the line
-//! does not list: see [`GoldenStep::hides_auxiliary`].
 
 use std::collections::BTreeMap;
 
@@ -11,9 +8,6 @@ use serde::Deserialize;
 use crate::transcription::{Gains, Law, Memory, Quaternion, ReferencePoint, Truth};
 
 const LINES: &str = include_str!("../data/control_step.jsonl");
-
-/// What depends on `q_e`, see [`GoldenStep::hides_auxiliary`].
-pub const AFTER_ATTITUDE_ERROR: [&str; 6] = ["q_e", "mu", "mu_dot", "w_e", "tau", "a_hat_dot"];
 
 /// One evaluation of a law by the golden implementation.
 #[derive(Clone, Debug, Deserialize)]
@@ -77,7 +71,7 @@ struct GoldenMemory {
 }
 
 impl GoldenStep {
-    /// Which controller.
+    /// The controller.
     #[must_use]
     pub fn law(&self) -> Law {
         match self.controller {
@@ -86,32 +80,9 @@ impl GoldenStep {
         }
     }
 
-    /// Whether the line's generator let controller 2's `q_a` into controller 1.
-    ///
-    /// On lines 2, 6, 10, ... (counted from zero, all of controller 1) the listed `q_e` is
-    /// `q_d^-1 (x) q_a^-1 (x) q` (46) with a `q_a` of 6 to 48 degrees, `mu` holds the term
-    /// `-k5 R_ta^T eps_a` of (49), and `mu'` follows suit; the line lists no `q_a`, and controller 1
-    /// has none (27), (31). `tests/golden_transcription.rs` shows it. The quantities of
-    /// [`AFTER_ATTITUDE_ERROR`] cannot be had from such a line's input; all others can.
-    #[must_use]
-    pub fn hides_auxiliary(&self) -> bool {
-        self.index % 4 == 2
-    }
-
-    /// The quantities that follow from the line's input, with their expected values.
-    pub fn determined(&self) -> impl Iterator<Item = (&str, &[f64])> {
-        let hidden = |name| self.hides_auxiliary() && AFTER_ATTITUDE_ERROR.contains(&name);
-        let all = self.expected.iter().map(|(name, x)| (name.as_str(), x.as_slice()));
-        all.filter(move |(name, _)| !hidden(name))
-    }
-
-    /// A listed vector of three.
-    ///
-    /// # Panics
-    /// When the line does not list it.
-    #[must_use]
-    pub fn vector(&self, name: &str) -> DVec3 {
-        DVec3::from_slice(self.expected[name].as_slice())
+    /// Every quantity of the line by name, with its expected value.
+    pub fn quantities(&self) -> impl Iterator<Item = (&str, &[f64])> {
+        self.expected.iter().map(|(name, x)| (name.as_str(), x.as_slice()))
     }
 
     /// Time since the first step (s).

@@ -3,6 +3,8 @@
 //! vehicle, one tolerance helper, and the documented accuracy of the core.
 
 pub mod accuracy;
+#[cfg(doctest)]
+mod documentation;
 pub mod flight;
 pub mod golden;
 pub mod grid;

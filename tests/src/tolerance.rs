@@ -1,6 +1,6 @@
 //! One tolerance for every comparison: absolute plus relative, in the max-norm.
 
-/// How far a quantity may be off: `absolute + relative * |expected|`, with `|.|` the largest
+/// Permitted error of a quantity: `absolute + relative * |expected|`, with `|.|` the largest
 /// component, so that a component near zero is judged on the scale of its vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {

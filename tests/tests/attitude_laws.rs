@@ -125,7 +125,7 @@ fn hover(yaw: f64) -> ReferencePoint {
     }
 }
 
-/// What attitude control alone does from rest: the angle to the desired attitude at every tick (rad).
+/// Attitude control alone from rest: the angle to the desired attitude at every tick (rad).
 /// Position and velocity are put back after each tick, so that the desired attitude stands still.
 fn turning<C: AdaptiveController>(controller: &C, yaw: f64, from: DQuat, ticks: u32) -> Vec<f64> {
     let reference = reference(&hover(yaw));

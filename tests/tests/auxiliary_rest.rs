@@ -20,7 +20,7 @@ fn turning(rate: f32) -> VehicleState {
     VehicleState { rate_body: Vec3::X * rate, ..VehicleState::at_rest(Vec3::ZERO) }
 }
 
-/// What the torque about x exceeds its limit by when turning at `rate` (N m).
+/// Excess of the torque about x over its limit when turning at `rate` (N m).
 fn excess(controller: &Saturated, rate: f32) -> f32 {
     let mut state = controller.initial_state();
     let output = controller.step(&mut state, &turning(rate), &Reference::hover(Vec3::ZERO));

@@ -37,7 +37,7 @@ fn memory() -> Memory {
     Memory { decay: 0.0, ..Memory::starting(0.85, DVec3::splat(0.06)) }
 }
 
-/// How a flight starts, and what part of it counts.
+/// Start of a flight, and the part of it that counts.
 #[derive(Clone, Copy)]
 struct Flight {
     start: PlantState,

@@ -12,7 +12,7 @@ fn core_gives_the_golden_quantities_in_single_precision() {
         let (_, seen) =
             observe(law, &step.gains, &step.truth, &step.reference, &memory, elapsed, 1e-3)
                 .unwrap_or_else(|error| panic!("line {}: {error}", step.index));
-        for (name, expected) in step.determined() {
+        for (name, expected) in step.quantities() {
             accuracy.compare(name, &seen[name], expected);
         }
     }

@@ -4,7 +4,7 @@
 use ctrl_core::controller::ControllerConfig;
 use system_tests::grid::{Case, Kind, Ranges, check, corners, fly_all, sample};
 
-/// How many times the everyday number of flights.
+/// Factor on the everyday number of flights.
 const TIMES: usize = if cfg!(feature = "exhaustive") { 8 } else { 1 };
 
 /// The part of `D2` that a lasting torque may have under controller 2, which has `M_tau = D2`: the

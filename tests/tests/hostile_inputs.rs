@@ -13,7 +13,7 @@ use system_tests::transcription::Gains;
 
 const DT: f32 = 1e-3;
 
-/// What a broken estimator, link or memory may send, next to ordinary numbers.
+/// Numbers that a broken estimator, link or memory may send, next to ordinary numbers.
 fn number() -> impl Strategy<Value = f32> {
     let extremes = [
         f32::NAN,

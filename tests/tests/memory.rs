@@ -15,7 +15,7 @@ use system_tests::transcription::{Gains, Law, Memory, Truth};
 const DT: f64 = 1e-3;
 const TICKS: u32 = 20_000;
 
-/// What a flight must have been through to count.
+/// Events that a flight must include to count.
 struct Seen {
     status: StepStatus,
 }

@@ -11,7 +11,7 @@ const STARTS: u32 = 12;
 /// Length of controller 2's flights (s).
 const DURATION: f64 = 400.0;
 
-/// What disturbs a recovery.
+/// Disturbance of a recovery.
 #[derive(Clone, Copy, Debug)]
 enum Air {
     /// Nothing.
@@ -40,7 +40,7 @@ impl Air {
     }
 }
 
-/// The built-in scenario from the starts of issue 2: tilts evenly from 40 to 160 degrees, leaning to
+/// Starts of the built-in scenario: tilts evenly from 40 to 160 degrees, leaning to
 /// directions spread by the golden angle.
 fn starts(name: &str, air: Air) -> Vec<Case> {
     let start = |i: u32| {

@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 
 use crate::shell::{cargo, run};
 use crate::toolchain::{TARGET, set_up};
-use crate::{budgets, firmware, fuzz, machine_code};
+use crate::{budgets, doc_comments, firmware, fuzz, machine_code};
 
 /// One thing that must succeed.
 pub struct Check {
@@ -22,23 +22,33 @@ pub const ALL: &[Check] = &[
     LINT_HOST,
     check("clippy, target", lint_target),
     check("documentation", documentation),
-    check("tests", tests),
+    check("words of doc comments", doc_comments::check),
+    check("firmware images", firmware::build),
+    check("tests, both tiers", all_tests),
     check("the paper's flights", paper_flights),
     check("host instructions", host_instructions),
     check("core for the target", core_for_target),
-    check("firmware images", firmware::build),
     check("fuzz targets", fuzz::check),
     check("the paper's flights, image", flights_on_image),
     check("machine code of the steps", machine_code::check_all),
     check("budgets", budgets::check),
 ];
 
-/// The everyday checks.
-pub const EVERYDAY: &[Check] = &[SET_UP, FORMAT, LINT_HOST, check("tests", tests)];
+/// The checks while working.
+pub const EVERYDAY: &[Check] = &[
+    SET_UP,
+    FORMAT,
+    LINT_HOST,
+    check("words of doc comments", doc_comments::check),
+    check("tests, first tier", first_tier),
+];
 
 const SET_UP: Check = check("set-up", set_up);
 const FORMAT: Check = check("format", format);
 const LINT_HOST: Check = check("clippy, host", lint_host);
+
+/// Cargo features of the tests that need more than Rust.
+const SECOND_TIER: &str = "sil-host/tool-tests,sil-host/emulator-tests,system-tests/emulator-tests,system-tests/tool-tests";
 
 const fn check(name: &'static str, run: fn() -> Result<()>) -> Check {
     Check { name, run }
@@ -87,7 +97,8 @@ fn on_host(arguments: &[&'static str]) -> Command {
 }
 
 fn lint_host() -> Result<()> {
-    run(on_host(&["clippy"]).args(["--all-targets", "--", "-D", "warnings"]))
+    let mut lint = on_host(&["clippy"]);
+    run(lint.args(["--features", SECOND_TIER, "--all-targets", "--", "-D", "warnings"]))
 }
 
 fn lint_target() -> Result<()> {
@@ -109,8 +120,14 @@ fn documentation() -> Result<()> {
     run(command.args(["--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "-D warnings"))
 }
 
-fn tests() -> Result<()> {
-    run(&mut on_host(&["test"]))
+/// Tests of the host crates, which need nothing but Rust: what a plain `cargo test` runs.
+fn first_tier() -> Result<()> {
+    run(&mut cargo(["test"]))
+}
+
+/// The first tier, the firmware's tests, and those that need QEMU, a browser or Python.
+fn all_tests() -> Result<()> {
+    run(on_host(&["test"]).args(["--features", SECOND_TIER]))
 }
 
 fn core_for_target() -> Result<()> {

@@ -5,6 +5,7 @@ mod call_graph;
 mod checks;
 mod cycles;
 mod disassembly;
+mod doc_comments;
 mod elf;
 mod firmware;
 mod frames;
@@ -26,7 +27,7 @@ use anyhow::{Context, Result, bail};
 
 const USAGE: &str = "usage: cargo xtask COMMAND
   ci            set up what is missing and check everything
-  test          the everyday checks: format, clippy, tests
+  test          the everyday checks: format, clippy, tests that need nothing but Rust
   setup         install the toolchain's parts, the emulator and the tests' Python packages
   fuzz          a short run of each fuzz target
   machine-code  required and forbidden instructions in the control steps' machine code

@@ -20,7 +20,7 @@ fn hexarotor() -> RotorGeometry {
             thrust: LIMITS,
         }
     });
-    RotorGeometry { rotors: rotors.collect() }
+    RotorGeometry { rotors: List::taking(rotors) }
 }
 
 fn wrench(thrust: f32, x: f32, y: f32, z: f32) -> Wrench {
@@ -36,7 +36,7 @@ fn assert_close(a: &Wrench, b: &Wrench) {
 fn each_axis_of_the_quad_x_drives_the_rotors_that_it_should() {
     // Front left, rear left, rear right, front right.
     let thrusts = |w| quad_x().allocate(&w).0;
-    assert_eq!(thrusts(wrench(8.0, 0.0, 0.0, 0.0)).as_slice(), [2.0; 4]);
+    assert_eq!(*thrusts(wrench(8.0, 0.0, 0.0, 0.0)), [2.0; 4]);
     // Positive roll torque lifts the left (body +y), positive pitch torque the rear (body -x).
     let signs =
         |w| -> std::vec::Vec<f32> { thrusts(w).iter().map(|f| (f - 2.0).signum()).collect() };
@@ -97,7 +97,7 @@ fn a_wrench_that_is_not_finite_gives_the_lower_limits() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         for command in [wrench(bad, 0.0, 0.0, 0.0), wrench(8.0, 0.0, bad, 0.0)] {
             let (thrusts, limited) = quad_x().allocate(&command);
-            assert_eq!((thrusts.as_slice(), limited), ([0.1; 4].as_slice(), Limited::INVALID));
+            assert_eq!((&*thrusts, limited), ([0.1; 4].as_slice(), Limited::INVALID));
         }
     }
 }
@@ -112,7 +112,7 @@ fn throttle_is_the_root_of_the_thrust_within_zero_and_one() {
 }
 
 /// The parameter that a geometry is refused for, after `change` to the quad-X.
-fn refused(change: impl Fn(&mut heapless::Vec<Rotor, MAX_ROTORS>)) -> &'static str {
+fn refused(change: impl Fn(&mut List<Rotor, MAX_ROTORS>)) -> &'static str {
     let mut geometry = RotorGeometry::quad_x(0.2, 0.016, LIMITS);
     change(&mut geometry.rotors);
     Allocator::new(&geometry).unwrap_err().parameter
@@ -121,16 +121,16 @@ fn refused(change: impl Fn(&mut heapless::Vec<Rotor, MAX_ROTORS>)) -> &'static s
 #[test]
 fn refuses_geometries_that_lack_an_axis() {
     let lacks = "rotors (independence)";
-    let no_yaw = |rotors: &mut heapless::Vec<Rotor, 8>| {
+    let no_yaw = |rotors: &mut List<Rotor, 8>| {
         rotors.iter_mut().for_each(|rotor| rotor.spin = Spin::Clockwise);
     };
     assert_eq!(refused(no_yaw), lacks);
-    let no_roll = |rotors: &mut heapless::Vec<Rotor, 8>| {
+    let no_roll = |rotors: &mut List<Rotor, 8>| {
         rotors.iter_mut().for_each(|rotor| rotor.position_body.y = 0.0);
     };
     assert_eq!(refused(no_roll), lacks);
     // Pairs of one spin on each side: yaw and roll are the same torque.
-    let entangled = |rotors: &mut heapless::Vec<Rotor, 8>| {
+    let entangled = |rotors: &mut List<Rotor, 8>| {
         for rotor in rotors {
             let left = rotor.position_body.y > 0.0;
             rotor.spin = if left { Spin::Clockwise } else { Spin::Anticlockwise };
@@ -147,7 +147,7 @@ fn refuses_each_field_out_of_range() {
     assert_eq!(refused(|rotors| rotors[3].thrust.upper = f32::INFINITY), "rotors.thrust.upper");
     assert_eq!(refused(|rotors| rotors[0].thrust.lower = 3.9), "rotors.thrust.lower");
     // Far off the centre of mass: more thrust would need less of the rear rotors.
-    let shifted = |rotors: &mut heapless::Vec<Rotor, 8>| {
+    let shifted = |rotors: &mut List<Rotor, 8>| {
         rotors.iter_mut().for_each(|rotor| rotor.position_body.x += 0.2);
     };
     assert_eq!(refused(shifted), "rotors (share of the thrust)");

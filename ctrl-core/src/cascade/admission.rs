@@ -1,4 +1,4 @@
-//! What of the input a step may use: finite, in range, a rotation, an acceleration within `M_p`.
+//! Input validation of one controller step: finite, in range, a rotation, an acceleration within `M_p`.
 //!
 //! Checking every component first would cost a tenth of the step. So only the attitude is checked
 //! beforehand; whatever else is not finite or out of range shows in the errors or in the results,
@@ -17,37 +17,52 @@ use crate::vehicle::VehicleState;
 /// can follow: 1,000 km, 1,000 km/s. NaN and infinities do not compare as smaller either.
 const SQUARE_MAX: f32 = 1e12;
 
-/// How far `|q|^2` may be from one before the status says so.
+/// Largest deviation of `|q|^2` from one without a flag in the status.
 const UNIT_TOLERANCE: f32 = 0.02;
 
-/// The attitude of an admitted vehicle state.
+/// Input that a step may use.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Admitted {
+pub(crate) struct Admitted<'a> {
     /// `q`, of unit length.
     pub attitude: Quat,
     /// `R(q)`.
     pub r: Mat3,
-    /// What had to be mended.
+    /// The reference, its acceleration within `M_p`.
+    pub reference: &'a Reference,
+    /// Corrections that were made.
     pub status: StepStatus,
 }
 
 impl Cascade {
-    /// The attitude to use and what had to be mended; `None` if the quaternion has no direction.
+    /// Admits or corrects the input; `None` if the quaternion has no direction, or the reference
+    /// acceleration exceeds `M_p` and the reference is out of range. A corrected reference is put in
+    /// `clipped`.
     #[inline(always)]
-    pub fn admit(&self, vehicle: &VehicleState, reference: &Reference) -> Option<Admitted> {
+    pub fn admit<'a>(
+        &self,
+        vehicle: &VehicleState,
+        reference: &'a Reference,
+        clipped: &'a mut Option<Reference>,
+    ) -> Option<Admitted<'a>> {
         let q = vehicle.attitude;
         let attitude = renormalised(q)?;
         let mut status = StepStatus::empty();
         if (q.length_squared() - 1.0).abs() > UNIT_TOLERANCE {
             status |= StepStatus::ATTITUDE_RENORMALISED;
         }
-        if !self.within_bound(reference.acceleration_world) {
+        let reference = if self.within_bound(reference.acceleration_world) {
+            reference
+        } else {
             status |= StepStatus::REFERENCE_CLIPPED;
-        }
-        Some(Admitted { attitude, r: Mat3::from_quat(attitude), status })
+            if !in_range(reference) {
+                return None;
+            }
+            clipped.insert(self.clipped(reference))
+        };
+        Some(Admitted { attitude, r: Mat3::from_quat(attitude), reference, status })
     }
 
-    /// Whether each component is within `M_p`.
+    /// `true` if each component is within `M_p`.
     #[inline(always)]
     fn within_bound(&self, acceleration: Vec3) -> bool {
         let size = acceleration.abs();
@@ -59,7 +74,7 @@ impl Cascade {
     /// the reference; its derivatives stay.
     #[cold]
     #[inline(never)]
-    pub fn clipped(&self, reference: &Reference) -> Reference {
+    fn clipped(&self, reference: &Reference) -> Reference {
         let limit = self.reference_acceleration_max;
         let acceleration_world = clip(reference.acceleration_world, limit);
         Reference { acceleration_world, ..*reference }
@@ -90,7 +105,7 @@ impl Cascade {
 }
 
 impl Evaluation {
-    /// Whether all errors and `mu'` are in range and every result is finite; `step_4` is a sum of the results
+    /// `true` if all errors and `mu'` are in range and every result is finite; `step_4` is a sum of the results
     /// of step 4, so not finite if one of them is not.
     #[inline(always)]
     pub fn is_usable(&self, rate_error: Vec3, step_4: f32) -> bool {
@@ -103,11 +118,11 @@ impl Evaluation {
     }
 }
 
-/// Whether the reference is finite and in range. Looked at only when its acceleration exceeds `M_p`
+/// `true` if the reference is finite and in range. Evaluated only when its acceleration exceeds `M_p`
 /// or the step gave no usable result.
 #[cold]
 #[inline(never)]
-pub(crate) fn in_range(reference: &Reference) -> bool {
+fn in_range(reference: &Reference) -> bool {
     square_sum(reference) < SQUARE_MAX
 }
 

@@ -49,7 +49,7 @@ pub(crate) struct DesiredAttitude {
     pub rate_dot: Vec3,
     /// The lateral axis `r2`, to be held where the next one is undefined.
     pub lateral: Vec3,
-    /// Whether it was held.
+    /// `true` if it was held.
     pub held: bool,
 }
 
@@ -60,7 +60,7 @@ fn heading_normal(reference: &Reference) -> Jet<Vec3> {
 }
 
 /// Evaluates step 2. `held_lateral` is the last `r2`; `auxiliary` is `q_a`, which counts as constant
-/// when `R_d` is differentiated (departure 12 of `docs/theory.md`).
+/// when `R_d` is differentiated (deviation 12 of `docs/theory.md`).
 #[inline(always)]
 pub(crate) fn desired_attitude(
     u: &Jet<Vec3>,
@@ -123,7 +123,7 @@ pub(crate) fn desired_attitude(
 
 /// The unit vector nearest to `held` that is orthogonal to the unit vector `axis`.
 ///
-/// Where `held` is itself along `axis`, any orthogonal vector serves: the smallest component of
+/// If `held` is itself along `axis`, any orthogonal vector serves: the smallest component of
 /// `axis` picks one that is at least `sqrt(2/3)` away from it.
 fn orthogonal_to(axis: Vec3, held: Vec3) -> Vec3 {
     let rejected = held - axis.dot(held) * axis;

@@ -1,4 +1,4 @@
-//! What both controllers share: steps 1 to 3 of the paper, their configuration and their memory.
+//! Shared part of both controllers: steps 1 to 3 of the paper, their configuration and their memory.
 
 mod admission;
 mod attitude;
@@ -8,18 +8,18 @@ mod validation;
 
 use glam::{Quat, Vec3};
 
-pub(crate) use admission::{Admitted, in_range};
+pub(crate) use admission::Admitted;
 use attitude::{DesiredAttitude, desired_attitude};
 use force::{ForceCommand, force_command};
-use rate::{AuxiliaryTerms, VirtualRate, virtual_rate};
+use rate::{VirtualRate, virtual_rate};
 pub(crate) use validation::require_integrable;
 
 use crate::adaptation::Estimate;
+use crate::auxiliary::AuxiliaryTerms;
 use crate::config::CascadeGains;
 use crate::controller::{Auxiliary, Intermediates, StepOutput, StepStatus};
 use crate::error::{Bound, ConfigError, require};
-use crate::reference::Reference;
-use crate::rotation::{from_axes, inverse_mul, nearest_sign, transpose_mul, vector_part};
+use crate::rotation::{from_axes, inverse_mul, nearest_sign};
 use crate::saturation::clip_between;
 use crate::vehicle::{InitialEstimate, Uncertainty, VehicleState, Wrench, WrenchBounds};
 
@@ -123,18 +123,15 @@ impl Cascade {
     pub fn evaluate(
         &self,
         state: &CascadeState,
-        input: &Admitted,
+        input: &Admitted<'_>,
         vehicle: &VehicleState,
-        reference: &Reference,
         auxiliary: Option<(&Auxiliary, f32)>,
     ) -> Evaluation {
+        let reference = input.reference;
         let (beta, w) = (state.inverse_mass.value(), vehicle.rate_body);
         let delta_squared = state.smoothing + self.floor_translation;
         let force = force_command(self, beta, delta_squared, vehicle, &input.r, reference);
-        let terms = auxiliary.map(|(at, k5)| {
-            let eps_body = transpose_mul(&input.r, vector_part(at.attitude));
-            AuxiliaryTerms { eta: at.attitude.w, eps_body, rate: at.rate, k5 }
-        });
+        let terms = auxiliary.map(|(at, k5)| AuxiliaryTerms::new(at, k5, &input.r));
         let q_a = auxiliary.map(|(at, _)| at.attitude);
         let desired = desired_attitude(&force.u, force.n, reference, state.lateral, q_a);
         let q_d = from_axes(&desired.axes_world);
@@ -190,7 +187,7 @@ impl CascadeState {
 }
 
 impl Evaluation {
-    /// What steps 1 to 3 show an observer; the controller adds its own.
+    /// Intermediate quantities of steps 1 to 3, for an observer; the controller adds its own.
     pub fn intermediates(&self, law: &Cascade, state: &CascadeState) -> Intermediates {
         let Self { force, desired, virtual_rate, .. } = self;
         let alpha = force.alpha(law, state.inverse_mass());

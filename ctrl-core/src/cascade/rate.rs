@@ -12,44 +12,16 @@
 //! (R_e^T w_d)' = R_e^T w_d' - nu × R_e^T w_d
 //! (D^T G)'     = D^T G' - w_r × D^T G
 //! ```
-//! The auxiliary terms are simplest in body axes. As `R_a eps_a = eps_a`, let
-//! `E = R_ta^T eps_a = R^T eps_a` and `o = R_ta^T W_a = w_a - k5 E`; then `R_e^T w_r = R_e^T w_d + o`,
-//! `R_d^T W_a = R_e o`, `R_a W_a = D R_e o` and `E' = 1/2 (eta_a o + E × o) - (w - o) × E`.
+//! The auxiliary terms in body axes are those of [`crate::auxiliary`]: with `o = R_ta^T W_a`,
+//! `R_e^T w_r = R_e^T w_d + o`, `R_d^T W_a = R_e o` and `R_a W_a = D R_e o`.
 
 use glam::{Mat3, Quat, Vec3};
 
 use super::Cascade;
 use super::attitude::DesiredAttitude;
 use super::force::ForceCommand;
+use crate::auxiliary::AuxiliaryTerms;
 use crate::rotation::{quaternion_rate, transpose_mul, vector_part};
-
-/// The auxiliary system as step 3 needs it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct AuxiliaryTerms {
-    /// `eta_a`.
-    pub eta: f32,
-    /// `E = R^T eps_a`.
-    pub eps_body: Vec3,
-    /// `w_a` (rad/s).
-    pub rate: Vec3,
-    /// `k5` (1/s).
-    pub k5: f32,
-}
-
-impl AuxiliaryTerms {
-    /// `o = R_ta^T W_a` (rad/s).
-    #[inline(always)]
-    fn rate_body(&self) -> Vec3 {
-        self.rate - self.k5 * self.eps_body
-    }
-
-    /// `E'` at body rate `w`.
-    #[inline(always)]
-    fn eps_body_dot(&self, rate_body: Vec3, w: Vec3) -> Vec3 {
-        let eps = self.eps_body;
-        0.5 * (self.eta * rate_body + eps.cross(rate_body)) - (w - rate_body).cross(eps)
-    }
-}
 
 /// `mu` and its derivative.
 #[derive(Clone, Copy, Debug)]
@@ -109,8 +81,8 @@ pub(crate) fn virtual_rate(
     let mut mu_dot = add_coupling(forward_dot - k3 * eps_dot, weight_dot, y);
     mu_dot = add_coupling(mu_dot, weight, y_dot);
     if let Some(terms) = auxiliary {
-        mu -= terms.k5 * terms.eps_body;
-        mu_dot -= terms.k5 * terms.eps_body_dot(terms.rate_body(), rate_body);
+        mu -= terms.attitude_term();
+        mu_dot -= terms.attitude_term_dot(rate_body);
     }
     VirtualRate { mu, mu_dot, auxiliary_rate_world }
 }

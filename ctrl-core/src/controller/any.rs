@@ -22,7 +22,7 @@ pub enum AnyController {
 
 /// Memory of a controller of any kind.
 ///
-/// A step with the memory of another kind begins from the controller's initial state.
+/// A step with the memory of another kind holds the lowest thrust once and begins anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AnyControllerState {
     /// Memory of controller 1.
@@ -58,9 +58,13 @@ macro_rules! with_state {
 }
 
 impl AnyController {
-    /// `true` if `state` is of this controller's kind.
-    fn owns(&self, state: &AnyControllerState) -> bool {
-        with_state!(self, state, _controller, _state => true, false)
+    /// Replaces the memory of another kind by the initial state; the output for that one step.
+    #[cold]
+    #[inline(never)]
+    fn begin_anew(&self, state: &mut AnyControllerState) -> StepOutput {
+        *state = self.initial_state();
+        let wrench = Wrench { thrust: self.bounds().thrust_min, torque_body: glam::Vec3::ZERO };
+        StepOutput { status: StepStatus::OUTPUT_HELD, ..StepOutput::from(wrench) }
     }
 }
 
@@ -102,20 +106,10 @@ impl AdaptiveController for AnyController {
         reference: &Reference,
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput {
-        if !self.owns(state) {
-            *state = self.initial_state();
-        }
         with_state!(
-            self, state, controller, own =>
+            self, &mut *state, controller, own =>
             controller.step_observed(own, vehicle, reference, observe),
-            // Not reached: the state is of this kind by now.
-            StepOutput {
-                status: StepStatus::OUTPUT_HELD,
-                ..StepOutput::from(Wrench {
-                    thrust: self.bounds().thrust_min,
-                    torque_body: glam::Vec3::ZERO,
-                })
-            }
+            self.begin_anew(state)
         )
     }
 

@@ -1,5 +1,6 @@
 //! Choice of a controller at run time, by a scenario file or a message.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::AnyController;
@@ -13,8 +14,9 @@ use crate::vehicle::{InitialEstimate, Uncertainty};
 ///
 /// In text the kind is the key and its fields the value, so that a file's reader can point at a
 /// wrong field: `[controller.saturated]`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum ControllerConfig {
     /// Controller 1 (Theorem 1).
     RobustAdaptive(RobustAdaptiveConfig),

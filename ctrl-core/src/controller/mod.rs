@@ -7,7 +7,10 @@ mod config;
 pub use any::{AnyController, AnyControllerState};
 pub use config::ControllerConfig;
 
+pub use crate::auxiliary::Auxiliary;
+
 use glam::{Quat, Vec3};
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Bound, ConfigError, require};
@@ -17,7 +20,8 @@ use crate::vehicle::{VehicleState, Wrench, WrenchBounds};
 
 bitflags::bitflags! {
     /// Events of one step. Empty when the law was evaluated without any limit acting.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
     pub struct StepStatus: u16 {
         /// The wrench is the last one that was computed from good input (or the safe initial one).
         const OUTPUT_HELD = 1 << 0;
@@ -55,7 +59,8 @@ impl StepStatus {
 }
 
 /// Result of one step; `StepOutput::from(wrench)` is that of a law without limits or faults.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct StepOutput {
     /// The command, always finite and inside the controller's [`WrenchBounds`].
     pub wrench: Wrench,
@@ -72,7 +77,8 @@ impl From<Wrench> for StepOutput {
 }
 
 /// The controller's current estimates of the unknown parameters; zero where it has none.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Estimates {
     /// `beta`: inverse mass (1/kg).
     pub inverse_mass: f32,
@@ -92,20 +98,6 @@ impl Estimates {
         inverse_inertia: Vec3::ZERO,
         gyroscopic_ratio: Vec3::ZERO,
     };
-}
-
-/// The auxiliary system (38), (39) of controller 2; at rest for controller 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Auxiliary {
-    /// `q_a`: auxiliary attitude.
-    pub attitude: Quat,
-    /// `w_a`: auxiliary rate (rad/s).
-    pub rate: Vec3,
-}
-
-impl Auxiliary {
-    /// Identity attitude, zero rate: where it starts and stays while no torque saturates.
-    pub const REST: Self = Self { attitude: Quat::IDENTITY, rate: Vec3::ZERO };
 }
 
 /// Every intermediate quantity of one evaluation of the law, for tests, traces and monitors.

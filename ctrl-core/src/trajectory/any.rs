@@ -1,5 +1,6 @@
 //! Choice of a trajectory at run time, by a scenario file or a message.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -21,8 +22,9 @@ use crate::reference::Reference;
 /// height = 10.0        # [m]
 /// rise_rate = 0.1      # [1/s]
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to put the path on")]
 pub enum TrajectoryConfig {
     /// Standing still.
@@ -194,7 +196,7 @@ impl Trajectory for AnyTrajectory {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "serde"))]
 mod tests {
     use super::super::Heading;
     use super::*;
@@ -243,7 +245,7 @@ mod tests {
     #[test]
     fn memory_of_one_kind_takes_every_other() {
         let hover = TrajectoryConfig::Hover(HoverConfig { position_world: Vec3::Z, yaw: 0.5 });
-        let legs = heapless::Vec::from_slice(&[Leg::to(Vec3::X, 4.0)]).unwrap();
+        let legs = crate::list::List::from_slice(&[Leg::to(Vec3::X, 4.0)]).unwrap();
         let path = WaypointPathConfig { start_world: Vec3::ZERO, yaw: 0.0, legs };
         let path = TrajectoryConfig::WaypointPath(path);
         let mut slot = AnyTrajectory::unbuilt();
@@ -262,7 +264,7 @@ mod tests {
         let text = r#"{"hover": {"position_world": [1, 2, 3], "yaw": 0, "speed": 1}}"#;
         assert!(read(text).unwrap_err().to_string().contains("speed"));
         let leg = Leg { duration: -1.0, ..Leg::to(Vec3::X, 1.0) };
-        let legs = heapless::Vec::from_slice(&[leg]).unwrap();
+        let legs = crate::list::List::from_slice(&[leg]).unwrap();
         let config = WaypointPathConfig { start_world: Vec3::ZERO, yaw: 0.0, legs };
         let error = TrajectoryConfig::WaypointPath(config).build(1e-3).unwrap_err();
         assert_eq!(error.parameter, "waypoint_path.legs.duration");

@@ -5,6 +5,7 @@
 //! ```
 
 use glam::Vec3;
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::harmonic::{Harmonic, Phasor, Rotation};
@@ -16,9 +17,10 @@ use crate::error::{Bound, ConfigError, require};
 use crate::jet::Jet;
 use crate::reference::Reference;
 
-/// Where body x points on a circle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Heading of body x on a circle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Heading {
     /// Along the velocity.
     Tangent,
@@ -27,8 +29,9 @@ pub enum Heading {
 }
 
 /// Shape of the circle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct CircleConfig {
     /// Centre (m); its third coordinate is the constant height.
     pub centre_world: Vec3,
@@ -36,7 +39,7 @@ pub struct CircleConfig {
     pub radius: f32,
     /// `w`: angular rate (rad/s), positive anticlockwise.
     pub angular_rate: f32,
-    /// Where body x points.
+    /// Heading of body x.
     pub heading: Heading,
 }
 

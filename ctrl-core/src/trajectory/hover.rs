@@ -1,6 +1,7 @@
 //! Standing still: `p_d` and the heading are constant, every derivative is zero.
 
 use glam::Vec3;
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::{Trajectory, horizontal, require_position, require_step_period, require_yaw};
@@ -8,9 +9,10 @@ use crate::error::ConfigError;
 use crate::jet::Jet;
 use crate::reference::Reference;
 
-/// Where to hover, and facing where.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// Position and heading of a hover.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct HoverConfig {
     /// `p_d`: position (m), each coordinate within [`REACH`](super::REACH).
     pub position_world: Vec3,

@@ -5,6 +5,7 @@
 //! ```
 
 use glam::Vec3;
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::harmonic::{Harmonic, Rotation};
@@ -17,8 +18,9 @@ use crate::jet::Jet;
 use crate::reference::Reference;
 
 /// Shape of the figure of eight.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct LemniscateConfig {
     /// Crossing point (m); its third coordinate is the constant height.
     pub centre_world: Vec3,

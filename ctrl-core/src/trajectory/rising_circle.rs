@@ -8,6 +8,7 @@
 //! `b2d . (p_d'' + g e3) = 0` at every instant (Assumption 5, corrected).
 
 use glam::Vec3;
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::harmonic::{Harmonic, Rotation};
@@ -18,8 +19,9 @@ use crate::error::{Bound, ConfigError, require};
 use crate::reference::Reference;
 
 /// Shape of the rising circle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct RisingCircleConfig {
     /// `R`: radius (m), not negative.
     pub radius: f32,

@@ -17,6 +17,7 @@
 use core::cell::Cell;
 
 use glam::{DVec3, Vec3};
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -24,6 +25,7 @@ use super::{
 };
 use crate::error::{Bound, ConfigError, require};
 use crate::jet::Jet;
+use crate::list::List;
 use crate::reference::Reference;
 
 /// Most legs of a path.
@@ -32,19 +34,20 @@ pub const MAX_LEGS: usize = 16;
 /// Samples a leg over which the acceleration bound is taken.
 const BOUND_SAMPLES: u16 = 128;
 
-/// One leg: where to be after how long, and how fast.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// One leg: duration and state at its end.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Leg {
     /// `T`: time from the last waypoint (s); rounded to whole steps, at least 10 and at most 2^24.
     pub duration: f32,
     /// Position of the waypoint (m), each coordinate within [`REACH`](super::REACH).
     pub position_world: Vec3,
     /// Velocity at the waypoint (m/s); zero unless given.
-    #[serde(default)]
+    #[cfg_attr(feature = "serde", serde(default))]
     pub velocity_world: Vec3,
     /// Acceleration at the waypoint (m/s^2); zero unless given.
-    #[serde(default)]
+    #[cfg_attr(feature = "serde", serde(default))]
     pub acceleration_world: Vec3,
 }
 
@@ -62,21 +65,22 @@ impl Leg {
 }
 
 /// A path from rest to rest.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct WaypointPathConfig {
     /// Position at tick zero, at rest (m).
     pub start_world: Vec3,
     /// Angle of body x from world x about world z (rad), within a turn.
     pub yaw: f32,
     /// The legs in order, one to [`MAX_LEGS`]; the last one ends at rest.
-    pub legs: heapless::Vec<Leg, MAX_LEGS>,
+    pub legs: List<Leg, MAX_LEGS>,
 }
 
 /// The path, validated; after the last leg it holds the last point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WaypointPath {
-    segments: heapless::Vec<Segment, MAX_LEGS>,
+    segments: List<Segment, MAX_LEGS>,
     forward_world: Vec3,
     end: Reference,
     acceleration_bound: f32,
@@ -84,7 +88,7 @@ pub struct WaypointPath {
 }
 
 /// The polynomial of one leg.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Segment {
     ticks: u32,
     /// `T` (s).
@@ -119,7 +123,7 @@ impl WaypointPathConfig {
         require_position("waypoint_path.start_world", self.start_world)?;
         require_yaw("waypoint_path.yaw", self.yaw)?;
         let count = Bound::Inside(1.0, MAX_LEGS as f32);
-        require("waypoint_path.legs (count)", self.legs.len() as f32, count, "capacity")?;
+        require("waypoint_path.legs (count)", self.legs.len() as f32, count, "number of legs")?;
         let mut from = Leg::to(self.start_world, 0.0);
         let mut acceleration_bound = 0.0f32;
         for leg in &self.legs {
@@ -159,7 +163,7 @@ impl CheckedPath<'_> {
     /// Writes the path into `path`, in place of what was there.
     pub fn build_into(&self, path: &mut WaypointPath) {
         let mut from = Leg::to(self.config.start_world, 0.0);
-        path.segments.clear();
+        path.segments.truncate(0);
         for leg in &self.config.legs {
             // The capacity is that of the configuration: the push does not fail.
             let _ = path.segments.push(Segment::new(&from, leg, self.step_period));
@@ -183,7 +187,7 @@ impl WaypointPath {
     /// A path without legs, to be [built](CheckedPath::build_into).
     pub(super) const fn unbuilt() -> Self {
         Self {
-            segments: heapless::Vec::new(),
+            segments: List::empty(Segment::ZERO),
             forward_world: Vec3::X,
             end: Reference::hover(Vec3::ZERO),
             acceleration_bound: 0.0,
@@ -216,6 +220,15 @@ impl Trajectory for WaypointPath {
 }
 
 impl Segment {
+    /// No motion.
+    const ZERO: Self = Self {
+        ticks: 0,
+        duration: 0.0,
+        origin_world: Vec3::ZERO,
+        offset: [Vec3::ZERO; 10],
+        acceleration: [Vec3::ZERO; 8],
+    };
+
     /// The polynomial from one waypoint to the next; the leg is within its ranges.
     fn new(from: &Leg, to: &Leg, step_period: f32) -> Self {
         let ticks = (to.duration / step_period + 0.5) as u32;
@@ -286,7 +299,12 @@ fn require_leg(leg: &Leg, step_period: f32) -> Result<(), ConfigError> {
     require_position("waypoint_path.legs.position_world", leg.position_world)?;
     let (speed, pull) = (leg.velocity_world.abs(), leg.acceleration_world.abs());
     let fastest = Bound::Inside(0.0, 1000.0);
-    require("waypoint_path.legs.velocity_world", largest(speed), fastest, "sanity")?;
+    require(
+        "waypoint_path.legs.velocity_world",
+        largest(speed),
+        fastest,
+        "fastest velocity at a waypoint, m/s",
+    )?;
     require_flyable("waypoint_path.legs.acceleration_world", largest(pull))
 }
 
@@ -365,7 +383,7 @@ mod tests {
     const PERIOD: f32 = 1e-3;
 
     fn path(legs: &[Leg]) -> WaypointPathConfig {
-        let legs = heapless::Vec::from_slice(legs).unwrap();
+        let legs = List::from_slice(legs).unwrap();
         WaypointPathConfig { start_world: Vec3::new(1.0, 2.0, 3.0), yaw: 0.3, legs }
     }
 

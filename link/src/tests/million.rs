@@ -127,7 +127,7 @@ fn table() -> [u32; 256] {
     })
 }
 
-/// Whether a frame without its zero has whole COBS runs, an allowed length and a right checksum.
+/// `true` if a frame without its zero has whole COBS runs, an allowed length and a right checksum.
 fn is_whole(mut frame: &[u8], table: &[u32; 256]) -> bool {
     let mut payload = Vec::new();
     while let Some((code, rest)) = frame.split_first() {

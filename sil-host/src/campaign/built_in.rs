@@ -3,7 +3,7 @@
 /// A campaign that comes with the program.
 #[derive(Clone, Copy, Debug)]
 pub struct BuiltInCampaign {
-    /// What to call it on the command line.
+    /// Name on the command line.
     pub name: &'static str,
     /// Its TOML, comments included.
     pub text: &'static str,

@@ -7,17 +7,17 @@ use serde::{Deserialize, Serialize};
 
 use super::distribution::Vary;
 
-/// Which flights make up a campaign.
+/// Definition of a campaign's flights.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Definition {
     /// Short name; the directory of the results is called after it.
     pub name: String,
-    /// What it asks, in a sentence or two.
+    /// Question that it answers, in a sentence or two.
     pub description: String,
-    /// How the varied values are chosen.
+    /// Sampling of the varied values.
     pub sampling: Sampling,
-    /// Number of runs; in a grid, which has one a cell if this is absent, a multiple of its cells.
+    /// Number of runs; in a grid, which has one per cell if this is absent, a multiple of its cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub runs: Option<u32>,
     /// Seed of the first run; run `i` has the seed `first_seed + i`.
@@ -33,7 +33,7 @@ pub struct Definition {
     /// Two varied paths that the recovery envelope, or heat map, is drawn over.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub envelope: Option<[String; 2]>,
-    /// What changes from run to run.
+    /// Values that change from run to run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub vary: Vec<Vary>,
     /// Each run is flown once in every variant, with the same values and the same seed.
@@ -45,7 +45,7 @@ pub struct Definition {
     pub scenarios: BTreeMap<String, String>,
 }
 
-/// How the varied values of a run are chosen.
+/// Sampling of the varied values of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sampling {

@@ -1,4 +1,4 @@
-//! What a varied value may be, and how a number in `[0, 1)` becomes one.
+//! Distributions of varied values, as quantile functions of a number in `[0, 1)`.
 
 use serde::{Deserialize, Serialize};
 
@@ -89,7 +89,7 @@ pub struct Levels {
     pub lower: f64,
     /// Last level.
     pub upper: f64,
-    /// How many, at least two.
+    /// Number of levels, at least two.
     pub levels: u32,
 }
 
@@ -106,7 +106,7 @@ pub enum Distribution {
         mean: f64,
         /// Standard deviation before cutting.
         deviation: f64,
-        /// Where it is cut.
+        /// Interval outside of which it is cut.
         range: Range,
     },
     /// See [`Vary::triangular`].
@@ -241,7 +241,7 @@ fn geometric(Range { lower, upper }: Range, x: f64) -> f64 {
 }
 
 impl Distribution {
-    /// How many numbers in `[0, 1)` it takes, and how many values it gives.
+    /// Number of coordinates in `[0, 1)` that it takes, and of values that it gives.
     #[must_use]
     pub fn dimensions(&self) -> usize {
         if matches!(self, Self::RigidBody(_)) { 3 } else { 1 }

@@ -7,8 +7,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::error::CampaignError;
 use super::flight::fly_run;
-use super::fly::CampaignProgress;
 use super::plan::Campaign;
+use super::progress::CampaignProgress;
 use super::table::line;
 use super::window::Window;
 

@@ -7,6 +7,7 @@ use super::built_in::BuiltInCampaign;
 use super::error::CampaignError;
 use super::execute::{execute, pool};
 use super::plan::{Campaign, Variant};
+use super::progress::CampaignProgress;
 use super::shard::Shard;
 use super::store::Store;
 use super::summary::Summary;
@@ -25,22 +26,6 @@ pub struct CampaignOptions {
     pub shard: Shard,
     /// Worker threads; none: one per core.
     pub threads: Option<u32>,
-}
-
-/// Receiver of a campaign's progress, called from every worker thread.
-pub trait CampaignProgress: Sync {
-    /// Called once before the first run: number of runs in all, and of those flown earlier.
-    fn begin(&self, total: u32, before: u32);
-
-    /// Called after every run with its simulated time in all variants (s).
-    fn run_completed(&self, flight_time: f64);
-}
-
-/// No progress is shown.
-impl CampaignProgress for () {
-    fn begin(&self, _: u32, _: u32) {}
-
-    fn run_completed(&self, _: f64) {}
 }
 
 /// Flies the missing runs and writes table, report and summary.

@@ -1,4 +1,4 @@
-//! What a flight is measured by, beside its guarantees: peaks, ends, times and effort, from the
+//! Measures of a flight beside its guarantees: peaks, ends, times and effort, from the
 //! plant's truth.
 
 use core::f64::consts::PI;
@@ -20,7 +20,7 @@ pub struct Measure {
     pub key: &'static str,
     /// Unit of its values.
     pub unit: &'static str,
-    /// What it is, in a few words.
+    /// Short description.
     pub label: &'static str,
 }
 

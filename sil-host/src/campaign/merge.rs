@@ -69,7 +69,7 @@ impl Part {
     }
 }
 
-/// Whether the parts, by first run, make up one campaign.
+/// Checks that the parts, ordered by first run, make up one campaign.
 fn check(parts: &[Part]) -> Result<(), CampaignError> {
     let fault = |part: &Part, message: String| {
         Err(CampaignError::Results(part.results.directory().to_owned(), message))

@@ -38,9 +38,9 @@ pub struct Variant {
     pub scenario: String,
     /// The scenario's text.
     pub(super) text: String,
-    /// What it changes in the scenario, before the varied values.
+    /// Changes to the scenario, before the varied values.
     pub(super) changes: Vec<String>,
-    /// Which fields of the scenario get which parameter, by number.
+    /// Fields of the scenario, each with the number of the parameter that it gets.
     pub(super) targets: Vec<(String, usize)>,
 }
 

@@ -81,9 +81,9 @@ impl Campaign {
 
 /// Turns a definition into a campaign.
 struct Reader<'a> {
-    /// What the definition was written in.
+    /// Text of the definition.
     text: &'a TomlText,
-    /// Where scenarios that are files are looked for.
+    /// Directory of scenarios that are files.
     directory: &'a Path,
 }
 
@@ -189,8 +189,8 @@ impl Reader<'_> {
         Ok(variants)
     }
 
-    /// Leads every parameter to its fields, in those variants whose scenario has them. A varied path
-    /// that none has goes to all, for whom it may bring something new, or who tell what is wrong.
+    /// Assigns every parameter to its fields, in those variants whose scenario has them. A varied path
+    /// that none has is assigned to all: it adds a field there, or is refused there.
     fn aim(&self, variants: &mut [Variant], parameters: &[Parameter]) -> Result<(), CampaignError> {
         for (number, parameter) in parameters.iter().enumerate() {
             for path in parameter.also.iter().chain([&parameter.path]) {

@@ -1,4 +1,4 @@
-//! How to repeat a single run.
+//! Command that re-runs a single run by seed.
 
 use super::plan::{Campaign, Variant};
 use sim::scenario::BuiltIn;
@@ -18,7 +18,7 @@ impl Campaign {
         command
     }
 
-    /// Whether [`replay_command`](Self::replay_command) flies the scenario that this campaign does:
+    /// `true` if [`replay_command`](Self::replay_command) flies the scenario that this campaign does:
     /// not when the program has another one of that name.
     #[must_use]
     pub fn is_replayable_by_name(&self, variant: &Variant) -> bool {

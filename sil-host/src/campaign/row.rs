@@ -1,6 +1,6 @@
 //! One row of the results: a run in one variant.
 
-/// What came out of one run in one variant.
+/// Result of one run in one variant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// Seed of the run.
@@ -9,11 +9,11 @@ pub struct Row {
     pub variant: usize,
     /// Varied values, in the order of [`Campaign::parameters`](super::Campaign::parameters).
     pub parameters: Vec<f64>,
-    /// Whether the guarantees held.
+    /// Outcome of the guarantees.
     pub outcome: RunOutcome,
     /// Names of the guarantees that were violated, or why the flight was refused; empty if all held.
     pub reason: String,
-    /// Whether vehicle and disturbance lie in the sets that the controller was told of; if not, the
+    /// `true` if vehicle and disturbance lie in the sets that the controller was told of; if not, the
     /// theorems promise nothing. Also false where nothing was flown.
     pub assumptions_kept: bool,
     /// In the order of [`MEASURES`](super::MEASURES); none where it does not apply.
@@ -34,7 +34,7 @@ impl Row {
 pub(super) const KEPT: &str = "kept";
 pub(super) const BROKEN: &str = "broken";
 
-/// Whether the guarantees of a flight held.
+/// Outcome of a flight's guarantees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RunOutcome {
     /// All.
@@ -66,7 +66,7 @@ impl RunOutcome {
     }
 }
 
-/// What was seen of one guarantee; nothing where it does not apply.
+/// Observation of one guarantee; empty where it does not apply.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Observed {
     /// The value that came closest to the bound, or broke it furthest.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::str::FromStr;
 
-/// Which of how many shares; written `i/n`, counted from one.
+/// Share of a campaign: its number and the number of shares; written `i/n`, counted from one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     number: u32,

@@ -51,7 +51,7 @@ impl Store {
         Ok(store)
     }
 
-    /// Whether `directory` holds results of this very campaign; an error if of another.
+    /// `true` if `directory` holds results of this very campaign; an error if of another.
     fn continues(&self, directory: &Path, campaign: &Campaign) -> Result<bool, CampaignError> {
         let path = directory.join(DEFINITION);
         let length = self.table.metadata().map_err(CampaignError::io(&self.path))?.len();

@@ -1,4 +1,4 @@
-//! What a campaign prints: how many runs held, and the tightest run of each guarantee.
+//! Summary of a campaign: the numbers of runs that held, and the tightest run of each guarantee.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -12,22 +12,22 @@ use super::table::CampaignResults;
 use crate::report::aligned;
 use sim::number::number;
 
-/// What came out of a campaign.
+/// Result of a campaign.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     /// The campaign's name.
     pub name: String,
     /// The campaign's description.
     pub description: String,
-    /// Where the results are.
+    /// Directory of the results.
     pub directory: PathBuf,
-    /// Whether no run violated a guarantee.
+    /// `true` if no run violated a guarantee.
     pub passed: bool,
     /// Its variants.
     pub variants: Vec<VariantSummary>,
 }
 
-/// What came out of a variant.
+/// Result of a variant.
 #[derive(Clone, Debug, Serialize)]
 pub struct VariantSummary {
     /// Its name.
@@ -44,7 +44,7 @@ pub struct VariantSummary {
     pub guarantees: Vec<GuaranteeSummary>,
 }
 
-/// What came out of a guarantee.
+/// Result of a guarantee.
 #[derive(Clone, Debug, Serialize)]
 pub struct GuaranteeSummary {
     /// Its name in the table of a run.

@@ -1,7 +1,7 @@
 //! The results as a table: `runs.csv`, a row a run and variant, by seed and then by variant.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use super::error::CampaignError;
@@ -89,6 +89,24 @@ impl Line {
     }
 }
 
+/// Message for a directory without results, which names those directly below it that have some.
+fn no_results(directory: &Path) -> String {
+    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
+    let mut below: Vec<_> = entries
+        .map(|entry| entry.path())
+        .filter(|path| path.join(DEFINITION).is_file())
+        .map(|path| path.display().to_string())
+        .collect();
+    below.sort();
+    match below.as_slice() {
+        [] => format!("no results here: {DEFINITION} is missing; name the directory of a campaign"),
+        below => format!(
+            "no results here, but in the directory below it: give {} instead",
+            below.join(" or ")
+        ),
+    }
+}
+
 /// A directory of results: the campaign that it holds, and the table of its runs.
 #[derive(Clone, Debug)]
 pub struct CampaignResults {
@@ -103,14 +121,19 @@ impl CampaignResults {
     /// When there is none or it is not valid.
     pub fn open(directory: &Path) -> Result<Self, CampaignError> {
         let path = directory.join(DEFINITION);
-        let text = std::fs::read_to_string(&path).map_err(CampaignError::io(&path))?;
+        let text = match std::fs::read_to_string(&path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                return Err(CampaignError::Results(directory.to_owned(), no_results(directory)));
+            }
+            text => text.map_err(CampaignError::io(&path))?,
+        };
         let name = path.display().to_string();
         let campaign =
             Campaign::parse(&name, &text, directory, &CampaignOverrides::default(), &[])?;
         Ok(Self { directory: directory.to_owned(), campaign })
     }
 
-    /// Where they are.
+    /// Directory of the results.
     #[must_use]
     pub fn directory(&self) -> &Path {
         &self.directory

@@ -24,7 +24,7 @@ pub struct TuneArguments {
     /// Least damping ratio of both; 0.5 by default.
     #[arg(long, value_name = "RATIO")]
     pub damping: Option<f64>,
-    /// Share of the room of every inequality that stays free; 0.1 by default.
+    /// Share of every inequality's headroom that is kept as margin [default: 0.1].
     #[arg(long, value_name = "SHARE")]
     pub margin: Option<f64>,
     /// Position error up to which the position loop is about linear (m); 0.2 by default.

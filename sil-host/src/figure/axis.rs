@@ -1,6 +1,6 @@
 //! Axes: ranges with room, ticks at round numbers, labels.
 
-/// How values map to a position along an axis.
+/// Mapping of values to positions along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
     /// Proportional.
@@ -12,13 +12,13 @@ pub enum Scale {
 /// One axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// What it shows, with unit.
+    /// Quantity and unit.
     pub label: String,
     /// First value.
     pub lower: f64,
     /// Last value.
     pub upper: f64,
-    /// How values map to positions.
+    /// Mapping of values to positions.
     pub scale: Scale,
 }
 
@@ -67,7 +67,7 @@ impl Axis {
         }
     }
 
-    /// Whether `x` is shown.
+    /// `true` if `x` is within the axis.
     #[must_use]
     pub fn contains(&self, x: f64) -> bool {
         self.lower <= x && x <= self.upper

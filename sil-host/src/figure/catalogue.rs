@@ -1,21 +1,22 @@
-//! Which figures a flight gets: the paper's four a controller, the estimates, the Lyapunov
-//! function, the path, and for controller 2 the auxiliary system.
+//! The figures of a flight: the paper's four per controller, the estimates, the Lyapunov function, the
+//! path, and for controller 2 the auxiliary system.
 
 use super::Figure;
 use super::panel::{Guide, Panel, Style};
-use super::quantity::{
-    AXES, BLUE, GREY, ORANGE, PURPLE, Quantity, first, ground_track, height, lower_bound,
-    path_styles, upper_bound, vector, vector_legend,
+use super::record::FigureRecorder;
+use super::time_series::{
+    AXES, BLUE, GREY, ORANGE, PURPLE, TimeSeries, component, first, ground_track, height,
+    lower_bound, path_styles, scalar, upper_bound, vector, vector_legend,
 };
-use super::record::{Recorder, channel};
 use ctrl_core::controller::ControllerConfig;
 use sim::guarantee::bounds::ThrustBounds;
 use sim::plant::PlantParameters;
+use sim::quantity::table::*;
 
 /// All figures of a flight.
 #[must_use]
 pub fn figures(
-    recorder: &Recorder,
+    recorder: &FigureRecorder,
     controller: &ControllerConfig,
     vehicle: &PlantParameters,
 ) -> Vec<Figure> {
@@ -45,10 +46,10 @@ fn figure(
 }
 
 /// Path, distance, attitude and torque at a glance.
-fn overview(recorder: &Recorder, controller: &ControllerConfig) -> Figure {
+fn overview(recorder: &FigureRecorder, controller: &ControllerConfig) -> Figure {
     let (whole, start) = (&recorder.whole, &recorder.transient);
     let first = first(recorder);
-    let tilt = Quantity::new("angle  [rad]", &[(channel::TILT, Style::solid(PURPLE))]);
+    let tilt = TimeSeries::new("angle  [rad]", &scalar(&TILT_ERROR, Style::solid(PURPLE)));
     let panels = vec![
         (1.0, ground_track(whole, "path from above")),
         (1.0, position_quantity().panel(whole, "position error", false)),
@@ -65,22 +66,22 @@ fn overview(recorder: &Recorder, controller: &ControllerConfig) -> Figure {
     figure("overview", title, legend, panels)
 }
 
-fn position_quantity() -> Quantity {
-    Quantity::new("p \u{2212} p_{d}  [m]", &vector(channel::POSITION_ERROR))
+fn position_quantity() -> TimeSeries {
+    TimeSeries::new("p \u{2212} p_{d}  [m]", &vector(&POSITION_ERROR))
 }
 
-fn position_error(recorder: &Recorder) -> Figure {
+fn position_error(recorder: &FigureRecorder) -> Figure {
     let legend = vector_legend(["x", "y", "z"]);
     let panels = position_quantity().panels(recorder, false);
     figure("position-error", "Position error", legend, panels)
 }
 
-fn attitude_error(recorder: &Recorder) -> Figure {
-    let [x, y, z] = vector(channel::ATTITUDE_ERROR + 1);
-    let eta = (channel::ATTITUDE_ERROR, Style::solid(PURPLE));
+fn attitude_error(recorder: &FigureRecorder) -> Figure {
+    let [x, y, z] = vector(&ATTITUDE_ERROR);
+    let eta = component(&ATTITUDE_ERROR, 0, Style::solid(PURPLE));
     // Next to eta, small vector parts would not be seen: only the first panel shows it.
-    let mut panels = Quantity::new("ε_{e}  [-]", &[x, y, z]).panels(recorder, false);
-    let all = Quantity::new("q_{e}  [-]", &[eta, x, y, z]);
+    let mut panels = TimeSeries::new("ε_{e}  [-]", &[x, y, z]).panels(recorder, false);
+    let all = TimeSeries::new("q_{e}  [-]", &[eta, x, y, z]);
     if let Some((_, panel)) = panels.first_mut() {
         *panel = all.panel(&recorder.whole, "whole flight", false);
     }
@@ -89,36 +90,36 @@ fn attitude_error(recorder: &Recorder) -> Figure {
     figure("attitude-error", "Attitude error quaternion", legend, panels)
 }
 
-fn thrust(recorder: &Recorder, controller: &ControllerConfig) -> Figure {
+fn thrust(recorder: &FigureRecorder, controller: &ControllerConfig) -> Figure {
     let mut guides = vec![
         lower_bound(controller.thrust_lower_bound(), "lower bound (19)"),
         upper_bound(controller.thrust_upper_bound(), "upper bound (20)"),
     ];
     guides.extend(controller.thrust_max().map(f64::from).map(|limit| lower_bound(limit, "M_{f}")));
     let style = Style::solid(BLUE);
-    let quantity = Quantity::new("f  [N]", &[(channel::THRUST, style)]).with_guides(guides);
+    let quantity = TimeSeries::new("f  [N]", &scalar(&THRUST, style)).with_guides(guides);
     let legend = vec![(style, "f".to_owned())];
     figure("thrust", "Thrust", legend, quantity.panels(recorder, true))
 }
 
-fn torque_quantity(controller: &ControllerConfig) -> Quantity {
+fn torque_quantity(controller: &ControllerConfig) -> TimeSeries {
     // Three dense lines on top of each other: let those below shine through.
     let translucent = |(channel, style)| (channel, Style { width: 1.0, opacity: 0.75, ..style });
     let bounds = |limit| [upper_bound(limit, "M_{τ}"), lower_bound(-limit, "\u{2212}M_{τ}")];
-    Quantity::new("τ  [N m]", &vector(channel::TORQUE).map(translucent))
+    TimeSeries::new("τ  [N m]", &vector(&TORQUE).map(translucent))
         .with_guides(controller.torque_max().map(f64::from).into_iter().flat_map(bounds))
 }
 
-fn torque(recorder: &Recorder, controller: &ControllerConfig) -> Figure {
+fn torque(recorder: &FigureRecorder, controller: &ControllerConfig) -> Figure {
     let legend = vector_legend(["τ_{x}", "τ_{y}", "τ_{z}"]);
     figure("torque", "Torque", legend, torque_quantity(controller).panels(recorder, true))
 }
 
-fn auxiliary(recorder: &Recorder) -> Figure {
-    let demand = Quantity::new("τ_{d}  [N m]", &vector(channel::TORQUE_DEMAND));
-    let rate = Quantity::new("w_{a}  [rad/s]", &vector(channel::AUXILIARY_RATE));
+fn auxiliary(recorder: &FigureRecorder) -> Figure {
+    let demand = TimeSeries::new("τ_{d}  [N m]", &vector(&TORQUE_DEMAND));
+    let rate = TimeSeries::new("w_{a}  [rad/s]", &vector(&AUXILIARY_RATE));
     let angle_style = Style::solid(PURPLE);
-    let angle = Quantity::new("angle of q_{a}  [rad]", &[(channel::AUXILIARY_ANGLE, angle_style)]);
+    let angle = TimeSeries::new("angle of q_{a}  [rad]", &scalar(&AUXILIARY_ANGLE, angle_style));
     let mut legend = vector_legend(["x", "y", "z"]);
     legend.push((angle_style, "angle of q_{a}".to_owned()));
     let (start, first) = (&recorder.transient, first(recorder));
@@ -131,14 +132,14 @@ fn auxiliary(recorder: &Recorder) -> Figure {
 }
 
 fn estimates(
-    recorder: &Recorder,
+    recorder: &FigureRecorder,
     controller: &ControllerConfig,
     vehicle: &PlantParameters,
 ) -> Figure {
     let known = controller.uncertainty();
     let truth = |value, label: &str, colour| Guide { colour, ..lower_bound(value, label) };
     let mass_style = Style::solid(PURPLE);
-    let mass = Quantity::new("mass  [kg]", &[(channel::MASS, mass_style)]).with_guides([
+    let mass = TimeSeries::new("mass  [kg]", &scalar(&MASS_ESTIMATE, mass_style)).with_guides([
         truth(vehicle.mass, "true mass", GREY),
         lower_bound(known.mass.lower.into(), "m_{lo}"),
         upper_bound(known.mass.upper.into(), "m_{hi}"),
@@ -153,7 +154,8 @@ fn estimates(
             guides.push(truth(value, label, colour));
         }
     }
-    let inertia = Quantity::new("inertia  [kg m²]", &vector(channel::INERTIA)).with_guides(guides);
+    let inertia =
+        TimeSeries::new("inertia  [kg m²]", &vector(&INERTIA_ESTIMATE)).with_guides(guides);
     let mut legend = vec![(mass_style, "mass".to_owned())];
     legend.extend(vector_legend(["J_{x}", "J_{y}", "J_{z}"]));
     let panels = vec![
@@ -166,16 +168,16 @@ fn estimates(
     figure("estimates", title, legend, panels)
 }
 
-fn lyapunov(recorder: &Recorder, controller: &ControllerConfig) -> Figure {
+fn lyapunov(recorder: &FigureRecorder, controller: &ControllerConfig) -> Figure {
     let name = match controller {
         ControllerConfig::RobustAdaptive(_) => "V_{3}",
         ControllerConfig::Saturated(_) => "V_{5}",
     };
     let (style, state_style) = (Style::solid(BLUE), Style::solid(ORANGE));
     let change_label = format!("{name} \u{2212} {name}(0)  [-]");
-    let total = Quantity::new(&change_label, &[(channel::LYAPUNOV, style)]);
+    let total = TimeSeries::new(&change_label, &scalar(&LYAPUNOV, style));
     let state_label = format!("{name} without parameter terms  [-]");
-    let state = Quantity::new(&state_label, &[(channel::LYAPUNOV_STATE, state_style)]);
+    let state = TimeSeries::new(&state_label, &scalar(&LYAPUNOV_STATE, state_style));
     let panels = vec![
         (1.0, total.panel(&recorder.transient, &first(recorder), false)),
         (1.0, state.decades(&recorder.transient, &first(recorder))),
@@ -188,7 +190,7 @@ fn lyapunov(recorder: &Recorder, controller: &ControllerConfig) -> Figure {
     figure("lyapunov", "Lyapunov function from the plant's truth", legend, panels)
 }
 
-fn path(recorder: &Recorder) -> Figure {
+fn path(recorder: &FigureRecorder) -> Figure {
     let mut panels = vec![
         (1.0, ground_track(&recorder.whole, "from above, whole flight")),
         (1.0, height().panel(&recorder.whole, "height, whole flight", false)),
@@ -211,7 +213,7 @@ mod tests {
         let loaded = LoadedScenario::open(name, &[format!("duration={duration:?}")]).unwrap();
         let scenario = loaded.scenario();
         let vehicle = scenario.vehicle.into();
-        let mut recorder = Recorder::new(duration, 0.6 * duration);
+        let mut recorder = FigureRecorder::new(duration, 0.6 * duration);
         loaded.flight().unwrap().observe(scenario.ticks(), &mut recorder);
         let figures = figures(&recorder, &scenario.controller, &vehicle);
         figures.iter().map(|figure| (figure.name, figure.svg(name))).collect()

@@ -3,12 +3,12 @@
 pub mod axis;
 pub mod catalogue;
 pub mod panel;
-mod quantity;
 pub mod record;
 pub mod svg;
+mod time_series;
 
 use panel::{Frame, Panel, Style};
-pub use record::Recorder;
+pub use record::FigureRecorder;
 use svg::{Font, Svg, text_width};
 
 /// A drawing of one or more panels in a row under a common legend.
@@ -16,7 +16,7 @@ use svg::{Font, Svg, text_width};
 pub struct Figure {
     /// Name of its file, without extension.
     pub name: &'static str,
-    /// What it shows.
+    /// Title above the panels.
     pub title: String,
     /// Styles and names of the lines, with `_{}` for subscripts.
     pub legend: Vec<(Style, String)>,
@@ -36,7 +36,7 @@ const TOP: f64 = 84.0;
 const BOTTOM: f64 = 48.0;
 
 impl Figure {
-    /// The SVG document for the scenario `scope`, whose name keeps its ids unique on a page.
+    /// The SVG document for the scenario `scope`, whose name makes its ids unique on a page.
     #[must_use]
     pub fn svg(&self, scope: &str) -> String {
         let mut svg = Svg::new(WIDTH, TOP + self.height + BOTTOM, &self.title);

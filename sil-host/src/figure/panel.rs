@@ -12,7 +12,7 @@ pub struct Line {
     pub style: Style,
 }
 
-/// How a line is drawn.
+/// Style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Style {
     /// Colour.
@@ -21,7 +21,7 @@ pub struct Style {
     pub width: f64,
     /// SVG dash pattern; empty for a solid line.
     pub dashes: &'static str,
-    /// From 0, unseen, to 1, opaque.
+    /// From 0, transparent, to 1, opaque.
     pub opacity: f64,
 }
 
@@ -57,20 +57,20 @@ impl Style {
 /// A bound or a true value: a dashed horizontal line with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guide {
-    /// Where.
+    /// Position on the vertical axis.
     pub value: f64,
     /// Name, with `_{}` for subscripts.
     pub label: String,
     /// Colour.
     pub colour: &'static str,
-    /// Whether the name stands below the line.
+    /// `true` if the name is below the line.
     pub below: bool,
 }
 
 /// One coordinate system.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// What it shows of the flight.
+    /// Title above the axes.
     pub title: String,
     /// Horizontal axis.
     pub x: Axis,
@@ -82,7 +82,7 @@ pub struct Panel {
     pub guides: Vec<Guide>,
     /// Places to mark, with a name.
     pub marks: Vec<((f64, f64), &'static str)>,
-    /// Whether a unit is as long on both axes; the shorter one is extended.
+    /// `true` if a unit is as long on both axes; the shorter one is extended.
     pub equal: bool,
 }
 

@@ -1,49 +1,51 @@
-//! What the figures show, reduced while the flight goes on: least and greatest value of every
-//! channel in each pixel column, so that no peak is lost and memory does not grow with the flight.
+//! Data of the figures, reduced while the flight goes on: least and greatest value of every channel in
+//! each pixel column, so that no peak is lost and memory does not grow with the flight.
 
-use ctrl_core::controller::Auxiliary;
-use glam::{DVec2, Vec3};
+use glam::DVec2;
 
-use crate::trace::inertia_estimate;
-use sim::guarantee::tracking::{rotation_angle, tilt_error};
 use sim::observer::Observer;
+use sim::quantity::Quantity;
+use sim::quantity::table::*;
 use sim::tick::Tick;
 
-/// First index of each recorded quantity; vectors take three, `q_e` four (scalar first).
-pub mod channel {
-    /// `e_p` (m).
-    pub const POSITION_ERROR: usize = 0;
-    /// `q_e`.
-    pub const ATTITUDE_ERROR: usize = 3;
-    /// `f` (N).
-    pub const THRUST: usize = 7;
-    /// `tau` (N m).
-    pub const TORQUE: usize = 8;
-    /// `tau_d` (N m).
-    pub const TORQUE_DEMAND: usize = 11;
-    /// Mass estimate (kg).
-    pub const MASS: usize = 14;
-    /// Inertia estimate (kg m^2).
-    pub const INERTIA: usize = 15;
-    /// `w_a` (rad/s).
-    pub const AUXILIARY_RATE: usize = 18;
-    /// Angle of `q_a` (rad).
-    pub const AUXILIARY_ANGLE: usize = 21;
-    /// V less its first value.
-    pub const LYAPUNOV: usize = 22;
-    /// V without its parameter terms.
-    pub const LYAPUNOV_STATE: usize = 23;
-    /// Angle between body z and `b3d` (rad).
-    pub const TILT: usize = 24;
-    /// Height of vehicle and reference (m).
-    pub const HEIGHT: usize = 25;
-    /// How many there are.
-    pub const COUNT: usize = 27;
+/// The recorded quantities, in the order of their channels; each component is a channel.
+const QUANTITIES: [&Quantity; 14] = [
+    &POSITION_ERROR,
+    &ATTITUDE_ERROR,
+    &THRUST,
+    &TORQUE,
+    &TORQUE_DEMAND,
+    &MASS_ESTIMATE,
+    &INERTIA_ESTIMATE,
+    &AUXILIARY_RATE,
+    &AUXILIARY_ANGLE,
+    &LYAPUNOV,
+    &LYAPUNOV_STATE,
+    &TILT_ERROR,
+    &POSITION,
+    &REFERENCE_POSITION,
+];
+
+/// Number of channels.
+const CHANNELS: usize = {
+    let (mut count, mut index) = (0, 0);
+    while index < QUANTITIES.len() {
+        count += QUANTITIES[index].width();
+        index += 1;
+    }
+    count
+};
+
+/// The first channel of `quantity`, or none if it is not recorded.
+#[must_use]
+pub fn channel(quantity: &Quantity) -> Option<usize> {
+    let before = QUANTITIES.iter().position(|it| it.name == quantity.name)?;
+    Some(QUANTITIES[..before].iter().map(|it| it.width()).sum())
 }
 
 /// One interval of the flight, cut into columns.
 #[derive(Clone, Debug)]
-pub struct Window {
+pub struct FigureWindow {
     /// Its start (s).
     pub start: f64,
     /// Its end (s).
@@ -51,27 +53,27 @@ pub struct Window {
     columns: Vec<Column>,
 }
 
-/// Least and greatest of every channel, and where vehicle and reference were last.
+/// Least and greatest value of every channel, and the last horizontal positions.
 #[derive(Clone, Copy, Debug)]
 struct Column {
-    least: [f32; channel::COUNT],
-    greatest: [f32; channel::COUNT],
+    least: [f32; CHANNELS],
+    greatest: [f32; CHANNELS],
     vehicle: DVec2,
     reference: DVec2,
 }
 
-impl Window {
+impl FigureWindow {
     fn new(start: f64, end: f64, columns: usize) -> Self {
         let empty = Column {
-            least: [f32::INFINITY; channel::COUNT],
-            greatest: [f32::NEG_INFINITY; channel::COUNT],
+            least: [f32::INFINITY; CHANNELS],
+            greatest: [f32::NEG_INFINITY; CHANNELS],
             vehicle: DVec2::NAN,
             reference: DVec2::NAN,
         };
         Self { start, end, columns: vec![empty; columns] }
     }
 
-    fn push(&mut self, tick: &Tick, values: &[f32; channel::COUNT]) {
+    fn push(&mut self, tick: &Tick, values: &[f32; CHANNELS]) {
         if !(self.start..=self.end).contains(&tick.time) {
             return;
         }
@@ -104,7 +106,7 @@ impl Window {
             })
     }
 
-    /// The way of the vehicle and that of the reference over the ground (m).
+    /// Ground tracks of the vehicle and of the reference (m).
     #[must_use]
     pub fn ground_tracks(&self) -> [Vec<(f64, f64)>; 2] {
         let track = |place: fn(&Column) -> DVec2| {
@@ -117,13 +119,13 @@ impl Window {
 
 /// Records a flight for its figures.
 #[derive(Clone, Debug)]
-pub struct Recorder {
+pub struct FigureRecorder {
     /// The whole flight.
-    pub whole: Window,
+    pub whole: FigureWindow,
     /// Its first seconds.
-    pub transient: Window,
-    /// What follows the settling time, if anything does.
-    pub settled: Option<Window>,
+    pub transient: FigureWindow,
+    /// The flight after the settling time, if any is left.
+    pub settled: Option<FigureWindow>,
     /// V at the first tick.
     first_lyapunov: Option<f64>,
 }
@@ -131,27 +133,25 @@ pub struct Recorder {
 /// Length of the enlarged start of the flight (s).
 pub const TRANSIENT: f64 = 20.0;
 
-impl Recorder {
+impl FigureRecorder {
     /// For a flight of `duration` that settles within `settle_time` (s).
     #[must_use]
     pub fn new(duration: f64, settle_time: f64) -> Self {
         let duration = duration.max(f64::MIN_POSITIVE);
         let settled = settle_time < duration;
         Self {
-            whole: Window::new(0.0, duration, 480),
-            transient: Window::new(0.0, duration.min(TRANSIENT), 320),
-            settled: settled.then(|| Window::new(settle_time, duration, 280)),
+            whole: FigureWindow::new(0.0, duration, 480),
+            transient: FigureWindow::new(0.0, duration.min(TRANSIENT), 320),
+            settled: settled.then(|| FigureWindow::new(settle_time, duration, 280)),
             first_lyapunov: None,
         }
     }
 }
 
-impl Observer for Recorder {
+impl Observer for FigureRecorder {
     fn observe(&mut self, tick: &Tick) {
-        let evaluation = &tick.evaluation;
-        let mut values = values(tick);
-        let first = *self.first_lyapunov.get_or_insert(evaluation.value);
-        values[channel::LYAPUNOV] = (evaluation.value - first) as f32;
+        let first = *self.first_lyapunov.get_or_insert(tick.evaluation.value);
+        let values = values(tick, first);
         self.whole.push(tick, &values);
         self.transient.push(tick, &values);
         if let Some(settled) = &mut self.settled {
@@ -160,29 +160,18 @@ impl Observer for Recorder {
     }
 }
 
-fn values(tick: &Tick) -> [f32; channel::COUNT] {
-    let evaluation = &tick.evaluation;
-    let mut values = [0.0; channel::COUNT];
-    let mut put = |channel: usize, vector: Vec3| {
-        values[channel..channel + 3].copy_from_slice(&vector.to_array());
-    };
-    put(channel::POSITION_ERROR, evaluation.position_error.as_vec3());
-    put(channel::ATTITUDE_ERROR + 1, evaluation.attitude_error.xyz().as_vec3());
-    put(channel::TORQUE, tick.output.wrench.torque_body);
-    put(channel::TORQUE_DEMAND, tick.output.torque_demand_body);
-    put(channel::INERTIA, inertia_estimate(&tick.estimates).as_vec3());
-    put(channel::AUXILIARY_RATE, tick.auxiliary.rate);
-    let mut put = |channel: usize, value: f64| values[channel] = value as f32;
-    put(channel::ATTITUDE_ERROR, evaluation.attitude_error.w);
-    put(channel::THRUST, tick.output.wrench.thrust.into());
-    put(channel::MASS, 1.0 / f64::from(tick.estimates.inverse_mass));
-    if tick.auxiliary != Auxiliary::REST {
-        put(channel::AUXILIARY_ANGLE, rotation_angle(tick.auxiliary.attitude.as_dquat()));
+/// The value of every channel; that of V is less `first_lyapunov`.
+fn values(tick: &Tick, first_lyapunov: f64) -> [f32; CHANNELS] {
+    let mut values = [0.0; CHANNELS];
+    let mut channels = values.iter_mut();
+    for quantity in QUANTITIES {
+        let origin = if quantity.name == LYAPUNOV.name { first_lyapunov } else { 0.0 };
+        quantity.components(tick, |component| {
+            if let Some(channel) = channels.next() {
+                *channel = (component - origin) as f32;
+            }
+        });
     }
-    put(channel::LYAPUNOV_STATE, evaluation.value - evaluation.parameter_part);
-    put(channel::TILT, tilt_error(tick.truth.attitude, &tick.reference));
-    put(channel::HEIGHT, tick.truth.position_world.z);
-    put(channel::HEIGHT + 1, tick.reference.position_world.z.into());
     values
 }
 
@@ -190,8 +179,8 @@ fn values(tick: &Tick) -> [f32; channel::COUNT] {
 mod tests {
     use super::*;
 
-    fn window_of(values: impl Iterator<Item = (f64, f32)>) -> Window {
-        let mut window = Window::new(0.0, 10.0, 5);
+    fn window_of(values: impl Iterator<Item = (f64, f32)>) -> FigureWindow {
+        let mut window = FigureWindow::new(0.0, 10.0, 5);
         for (time, value) in values {
             let index = ((time / 2.0) as usize).min(4);
             let column = &mut window.columns[index];

@@ -8,7 +8,7 @@ pub struct Svg {
     text: String,
 }
 
-/// How a text is aligned and set.
+/// Alignment and type of a text.
 #[derive(Clone, Copy, Debug)]
 pub struct Font {
     /// Height (px).

@@ -1,4 +1,4 @@
-//! What a log says of the whole flight.
+//! Facts about the whole flight in a log.
 
 use ctrl_core::controller::AdaptiveController;
 use ctrl_core::error::ConfigError;
@@ -13,12 +13,12 @@ use sim::scenario::{LoadedScenario, Scenario, ScenarioError};
 /// The program's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// What is known before the flight.
+/// Facts known before the flight.
 #[derive(Clone, Debug)]
 pub struct Description {
     /// The scenario's name.
     pub scenario: String,
-    /// What it shows.
+    /// The scenario's description.
     pub description: String,
     /// Key of the controller in a scenario file.
     pub controller: &'static str,
@@ -40,10 +40,10 @@ pub struct Description {
 pub const PATH: u64 = 1000;
 
 impl Description {
-    /// Of a scenario.
+    /// The description of a scenario's flight.
     ///
     /// # Errors
-    /// Names the parameter that controller or trajectory refuse.
+    /// The parameter that the controller or the trajectory refuses.
     pub fn new(loaded: &LoadedScenario) -> Result<Self, ScenarioError> {
         let scenario = loaded.scenario();
         Ok(Self {

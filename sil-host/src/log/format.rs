@@ -51,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn mcap_is_there_or_says_how_to_get_it() {
+    fn mcap_is_there_or_its_error_names_the_feature() {
         let mcap = "mcap".parse::<Format>().map(Format::file_name);
         if cfg!(feature = "mcap") {
             assert_eq!(mcap, Ok("flight.mcap"));

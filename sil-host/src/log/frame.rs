@@ -1,4 +1,4 @@
-//! The rim to PX4's frames: world north-east-down (NED), body forward-right-down (FRD).
+//! Conversion to PX4's frames: world north-east-down (NED), body forward-right-down (FRD).
 //!
 //! Ours are east-north-up (ENU) and forward-left-up (FLU); see [`ctrl_core::rotation`].
 

@@ -1,8 +1,8 @@
-//! Flight logs that other programs read: [`ulog`] for PX4's tools and PlotJuggler, MCAP for Foxglove,
-//! Rerun and PlotJuggler. `docs/logs.md` lists the topics.
+//! Flight logs for other programs: [`ulog`] for PX4's tools and PlotJuggler, MCAP for Foxglove, Rerun
+//! and PlotJuggler. `docs/logs.md` lists the topics.
 //!
-//! [`topics`] are the same in every format; each format adds those of its own tools: [`px4`] and
-//! `mcap::foxglove`. A log depends on the scenario alone: times are the flight's own, never the wall
+//! The topics of [`sim::quantity::TOPICS`] are the same in every format; each format adds those of its
+//! own tools: [`px4`] and `mcap::foxglove`. A log depends on the scenario alone: times are the flight's own, never the wall
 //! clock's, and a flight on the vehicle leaves the same bytes as one in SIL.
 
 pub mod description;
@@ -13,8 +13,6 @@ pub mod mcap;
 pub mod moment;
 pub mod note;
 pub mod px4;
-pub mod topic;
-pub mod topics;
 pub mod ulog;
 
 #[cfg(test)]
@@ -35,15 +33,18 @@ use sim::guarantee::Verdict;
 use sim::observer::Observer;
 use sim::tick::Tick;
 
-/// What each format does with what a flight shows.
+/// The name before that of a topic of ours, where a file also has topics of others.
+pub const PREFIX: &str = "gyrfalcon";
+
+/// Writer of one format.
 pub trait Writer: fmt::Debug {
-    /// Takes in every topic at one instant.
+    /// Writes every topic at one instant.
     ///
     /// # Errors
     /// When it cannot be written.
-    fn moment(&mut self, moment: &Moment<'_>) -> io::Result<()>;
+    fn moment(&mut self, moment: &Moment) -> io::Result<()>;
 
-    /// Takes in a note.
+    /// Writes a note.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -65,7 +66,7 @@ pub struct LogOptions {
     pub rate: f64,
 }
 
-/// The logs of a flight in the making.
+/// The logs of a flight in progress.
 #[derive(Debug)]
 pub struct FlightLog {
     every: u64,
@@ -85,7 +86,7 @@ struct LogFile {
 }
 
 impl FlightLog {
-    /// Opens a file in `directory` for each format asked for.
+    /// Opens a file in `directory` per format in `options`.
     ///
     /// # Errors
     /// When a file cannot be made or its first bytes cannot be written.
@@ -112,7 +113,7 @@ impl FlightLog {
         })
     }
 
-    /// Has every file written to, unless one has failed.
+    /// Writes to every file, unless one has failed.
     fn write(&mut self, mut write: impl FnMut(&mut dyn Writer) -> io::Result<()>) {
         for LogFile { name, writer } in &mut self.files {
             if self.error.is_none() {
@@ -121,10 +122,10 @@ impl FlightLog {
         }
     }
 
-    /// Notes how the guarantees ended and completes the files.
+    /// Writes a note per verdict and completes the files.
     ///
     /// # Errors
-    /// The first that writing any file met, from the start on.
+    /// The first error of any write since the start.
     pub fn finish(mut self, verdicts: &[Verdict]) -> io::Result<()> {
         let mut notes = Vec::new();
         self.status.finish(self.time, |note| notes.push(note));
@@ -147,8 +148,7 @@ impl Observer for FlightLog {
         self.status.observe(tick.output.status, tick.time, |note| notes.push(note));
         notes.iter().for_each(|note| self.write(|writer| writer.note(note)));
         if tick.tick.is_multiple_of(self.every) {
-            let bounds = self.bounds;
-            let moment = Moment { tick, bounds: &bounds };
+            let moment = Moment { tick: *tick, bounds: self.bounds };
             self.write(|writer| writer.moment(&moment));
         }
     }

@@ -1,4 +1,4 @@
-//! One tick as a log shows it, and the set-points derived from it.
+//! One logged tick, and the set-points derived from it.
 
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::WrenchBounds;
@@ -6,16 +6,16 @@ use glam::{DMat3, DQuat, DVec3};
 
 use sim::tick::Tick;
 
-/// One tick of a flight with all that is derived from it.
+/// One tick of a flight with the bounds that normalise its command.
 #[derive(Clone, Copy, Debug)]
-pub struct Moment<'a> {
+pub struct Moment {
     /// The tick.
-    pub tick: &'a Tick,
+    pub tick: Tick,
     /// The set in which every wrench of the controller lies.
-    pub bounds: &'a WrenchBounds,
+    pub bounds: WrenchBounds,
 }
 
-impl Moment<'_> {
+impl Moment {
     /// The attitude at which the law's error would be none: `q_d`, for controller 2 `q_a ⊗ q_d`.
     #[must_use]
     pub fn attitude_setpoint(&self) -> DQuat {

@@ -1,11 +1,11 @@
-//! What a log says in words: when status flags come and go, and how the guarantees ended.
+//! Notes in a log: status flags that come and go, and the verdicts on the guarantees.
 
 use ctrl_core::controller::StepStatus;
 
 use crate::report;
 use sim::guarantee::{Requirement, Verdict};
 
-/// How much a note matters.
+/// Severity of a note.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// As expected.
@@ -19,16 +19,16 @@ pub enum Level {
 /// A sentence about an instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Note {
-    /// When (s).
+    /// Time (s).
     pub time: f64,
-    /// How much it matters.
+    /// Severity.
     pub level: Level,
     /// The sentence, one line.
     pub text: String,
 }
 
 impl Note {
-    /// How a guarantee ended, at the end of the flight.
+    /// The note of a verdict, at the end of the flight.
     #[must_use]
     pub fn verdict(verdict: &Verdict, time: f64) -> Self {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), sim::number::number);
@@ -76,7 +76,7 @@ struct Active {
 }
 
 impl StatusNotes {
-    /// Takes in the status at `time` (s); tells `note` what came and went.
+    /// Processes the status at `time` (s); passes notes on flags that came or went to `note`.
     pub fn observe(&mut self, status: StepStatus, time: f64, mut note: impl FnMut(Note)) {
         if status.is_empty() && self.active.is_empty() {
             return;
@@ -101,7 +101,7 @@ impl StatusNotes {
         }
     }
 
-    /// The flight has ended at `time` (s).
+    /// Ends the flight at `time` (s).
     pub fn finish(&mut self, time: f64, note: impl FnMut(Note)) {
         self.active.drain(..).map(|active| active.end(time, "until the end")).for_each(note);
     }
@@ -134,7 +134,7 @@ mod tests {
     const HELD: StepStatus = StepStatus::OUTPUT_HELD;
     const FLIPPED: StepStatus = StepStatus::SIGN_FLIPPED;
 
-    /// What is noted of these states, 0.1 s apart.
+    /// The notes on these states, 0.1 s apart.
     fn notes(states: impl IntoIterator<Item = StepStatus>) -> Vec<(Level, String)> {
         let (mut status, mut notes, mut time) = (StatusNotes::default(), Vec::new(), 0.0);
         let mut keep = |note: Note| notes.push((note.level, note.text));

@@ -1,46 +1,57 @@
-//! What holds for every topic, and for both formats.
+//! Properties of every topic in both formats.
 
 use std::collections::BTreeSet;
 
 use ctrl_core::vehicle::WrenchBounds;
+use sim::quantity::{Quantity, TOPICS};
 
-use super::topic::{Topic, Value};
-use super::topics::{PREFIX, TOPICS};
-use super::{px4, ticks_between};
+use super::{PREFIX, px4, ticks_between};
 
 const BOUNDS: WrenchBounds = WrenchBounds { thrust_min: 1.0, thrust_max: 12.0, torque_max: 0.05 };
 
-/// Every topic of a ULog with its name there.
-fn all() -> Vec<(String, &'static Topic)> {
-    let own = TOPICS.iter().map(|topic| (format!("{PREFIX}_{}", topic.name), *topic));
-    own.chain(px4::topics(&BOUNDS).map(|topic| (topic.name.to_owned(), topic))).collect()
+/// A field of a ULog: name, unit, meaning, and size and number of its values.
+type Field = (&'static str, &'static str, &'static str, (usize, usize));
+
+/// Every topic of a ULog with its name there, its meaning and its fields; ours come first.
+fn all() -> Vec<(String, &'static str, Vec<Field>)> {
+    let own = TOPICS.iter().map(|topic| {
+        let fields = topic.quantities.iter().map(field).collect();
+        (format!("{PREFIX}_{}", topic.name), topic.meaning, fields)
+    });
+    let px4 = px4::topics(&BOUNDS).map(|topic| {
+        (topic.name.to_owned(), topic.meaning, topic.fields.iter().map(field).collect())
+    });
+    own.chain(px4).collect()
+}
+
+fn field<I>(it: &Quantity<I>) -> Field {
+    use sim::quantity::Value::{Bits, Count, Double, Quaternion, Single, Time, Vector};
+    let size = match it.value {
+        Single(_) | Vector(_) | Quaternion(_) => 4,
+        Double(_) | Count(_) | Time(_) => 8,
+        Bits(_) => 2,
+    };
+    (it.field, it.unit, it.meaning, (size, it.width()))
 }
 
 #[test]
 fn names_are_unique_and_plain() {
     let plain = |name: &str| name.bytes().all(|c| matches!(c, b'a'..=b'z' | b'0'..=b'9' | b'_'));
     let mut names = BTreeSet::new();
-    for (name, topic) in all() {
+    for (name, _, fields) in all() {
         assert!(plain(&name), "{name}");
-        let mut fields = BTreeSet::from(["timestamp"]);
-        assert!(topic.fields.iter().all(|field| plain(field.name) && fields.insert(field.name)));
+        let mut unique = BTreeSet::from(["timestamp"]);
+        assert!(fields.iter().all(|(field, ..)| plain(field) && unique.insert(field)));
         assert!(names.insert(name));
     }
 }
 
 #[test]
 fn every_field_lies_at_a_multiple_of_its_size() {
-    for (name, topic) in all() {
+    for (name, _, fields) in all() {
         let mut offset = 8;
-        for field in topic.fields {
-            let (size, count) = match field.value {
-                Value::Float(_) => (4, 1),
-                Value::Vector(_) => (4, 3),
-                Value::Quaternion(_) => (4, 4),
-                Value::Double(_) | Value::Count(_) => (8, 1),
-                Value::Bits(_) => (2, 1),
-            };
-            assert_eq!(offset % size, 0, "{name}.{}", field.name);
+        for (field, _, _, (size, count)) in fields {
+            assert_eq!(offset % size, 0, "{name}.{field}");
             offset += size * count;
         }
     }
@@ -53,15 +64,14 @@ fn the_rate_is_the_nearest_that_ticks_allow() {
     }
 }
 
-/// The rows that the page must have for these topics.
-fn rows<'a>(topics: impl Iterator<Item = (String, &'a Topic)>) -> String {
+/// The rows of these topics on the page.
+fn rows(topics: &[(String, &str, Vec<Field>)]) -> String {
     let mut rows = String::new();
-    for (name, topic) in topics {
-        for (index, field) in topic.fields.iter().enumerate() {
+    for (name, topic_meaning, fields) in topics {
+        for (index, (field, unit, meaning, _)) in fields.iter().enumerate() {
             let first =
-                if index == 0 { format!("`{name}`: {}", topic.what) } else { String::new() };
-            let row = [&*first, &format!("`{}`", field.name), field.unit, field.what];
-            rows += &format!("| {} |\n", row.join(" | "));
+                if index == 0 { format!("`{name}`: {topic_meaning}") } else { String::new() };
+            rows += &format!("| {first} | `{field}` | {unit} | {meaning} |\n");
         }
     }
     rows
@@ -70,8 +80,13 @@ fn rows<'a>(topics: impl Iterator<Item = (String, &'a Topic)>) -> String {
 #[test]
 fn the_page_lists_every_topic() {
     let page = include_str!("../../../docs/logs.md");
-    let own = rows(all().into_iter().take(TOPICS.len()));
-    assert!(page.contains(&own), "docs/logs.md lacks\n{own}");
-    let known = rows(all().into_iter().skip(TOPICS.len()));
-    assert!(page.contains(&known), "docs/logs.md lacks\n{known}");
+    let all = all();
+    let (own, px4) = all.split_at(TOPICS.len());
+    for topics in [own, px4] {
+        let rows = rows(topics);
+        assert!(
+            page.contains(&format!("|---|---|---|---|\n{rows}\n")),
+            "docs/logs.md lacks\n{rows}"
+        );
+    }
 }

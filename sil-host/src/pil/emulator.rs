@@ -9,13 +9,10 @@ use super::cost::CostUnit;
 
 /// Name of the emulator's program.
 pub const QEMU: &str = "qemu-system-arm";
-/// Path at which [`BUILD_IMAGE`] leaves the image, from the root of the repository.
+/// Path of the image from the root of the repository, as the firmware's build leaves it.
 pub const IMAGE: &str = "target/thumbv7em-none-eabihf/release/firmware";
-/// Builds the image.
-pub const BUILD_IMAGE: &str =
-    "cargo build --release -p firmware --target thumbv7em-none-eabihf --features emulator";
 
-/// Default of [`Emulator::shift`].
+/// Default of the emulator's clock: an instruction takes `2^SHIFT` ns.
 pub const SHIFT: u8 = 3;
 
 /// An emulator and the image that it runs.

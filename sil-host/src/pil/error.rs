@@ -7,9 +7,12 @@ use std::time::Duration;
 use ctrl_core::mode::{Cause, Mode, Refusal};
 use link::Rejection;
 
-use super::emulator::BUILD_IMAGE;
 use crate::run::RunError;
 use sim::scenario::ScenarioError;
+
+/// Command that builds the image.
+const BUILD_IMAGE: &str =
+    "cargo build --release -p firmware --target thumbv7em-none-eabihf --features emulator";
 
 /// See the module's documentation.
 #[derive(Clone, Debug)]

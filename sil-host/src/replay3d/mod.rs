@@ -1,9 +1,7 @@
-//! A flight for a page to play back: a bounded number of [`Frame`]s, dense where much happens.
+//! A flight for a page to play back: a bounded number of ticks, dense where the motion is fast.
 
-mod frame;
 mod recorder;
 mod track;
 
-pub use frame::Frame;
-pub use recorder::FrameRecorder;
+pub use recorder::ReplayRecorder;
 pub use track::Track;

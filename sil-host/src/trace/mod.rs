@@ -1,81 +1,52 @@
 //! The trace of a flight as CSV; `docs/trace.md` defines its columns.
 //!
 //! Numbers are the shortest decimals that read back as the same `f32` (V: `f64`), which keeps a row
-//! half as long as in `f64`. Time alone is written with fixed decimals. A `row` takes its numbers out
-//! of a tick, `text` writes them, and the `writer` does that beside the flight.
+//! half as long as in `f64`. Time alone is written with fixed decimals. A `row` reads the numbers from
+//! a tick, `text` writes them, and the `writer` does so on a thread of its own.
 
 mod row;
 mod text;
 mod writer;
 
-pub use row::inertia_estimate;
 pub use writer::TraceWriter;
 
-/// Names of the columns, in order.
-pub const COLUMNS: [&str; 62] = [
-    "tick",
-    "time",
-    "position_x",
-    "position_y",
-    "position_z",
-    "velocity_x",
-    "velocity_y",
-    "velocity_z",
-    "attitude_w",
-    "attitude_x",
-    "attitude_y",
-    "attitude_z",
-    "rate_x",
-    "rate_y",
-    "rate_z",
-    "reference_position_x",
-    "reference_position_y",
-    "reference_position_z",
-    "reference_velocity_x",
-    "reference_velocity_y",
-    "reference_velocity_z",
-    "reference_acceleration_x",
-    "reference_acceleration_y",
-    "reference_acceleration_z",
-    "reference_left_x",
-    "reference_left_y",
-    "reference_left_z",
-    "position_error_x",
-    "position_error_y",
-    "position_error_z",
-    "attitude_error_w",
-    "attitude_error_x",
-    "attitude_error_y",
-    "attitude_error_z",
-    "thrust",
-    "torque_demand_x",
-    "torque_demand_y",
-    "torque_demand_z",
-    "torque_x",
-    "torque_y",
-    "torque_z",
-    "applied_thrust",
-    "applied_torque_x",
-    "applied_torque_y",
-    "applied_torque_z",
-    "mass_estimate",
-    "inertia_estimate_x",
-    "inertia_estimate_y",
-    "inertia_estimate_z",
-    "gyroscopic_ratio_estimate_x",
-    "gyroscopic_ratio_estimate_y",
-    "gyroscopic_ratio_estimate_z",
-    "auxiliary_attitude_w",
-    "auxiliary_attitude_x",
-    "auxiliary_attitude_y",
-    "auxiliary_attitude_z",
-    "auxiliary_rate_x",
-    "auxiliary_rate_y",
-    "auxiliary_rate_z",
-    "lyapunov",
-    "lyapunov_parameters",
-    "status",
+use sim::quantity::Quantity;
+use sim::quantity::table::*;
+
+/// The quantities of a row, in order.
+pub const QUANTITIES: [&Quantity; 25] = [
+    &TICK,
+    &TIME,
+    &POSITION,
+    &VELOCITY,
+    &ATTITUDE,
+    &RATE,
+    &REFERENCE_POSITION,
+    &REFERENCE_VELOCITY,
+    &REFERENCE_ACCELERATION,
+    &REFERENCE_LEFT,
+    &POSITION_ERROR,
+    &ATTITUDE_ERROR,
+    &THRUST,
+    &TORQUE_DEMAND,
+    &TORQUE,
+    &APPLIED_THRUST,
+    &APPLIED_TORQUE,
+    &MASS_ESTIMATE,
+    &INERTIA_ESTIMATE,
+    &GYROSCOPIC_RATIO_ESTIMATE,
+    &AUXILIARY_ATTITUDE,
+    &AUXILIARY_RATE,
+    &LYAPUNOV,
+    &LYAPUNOV_PARAMETERS,
+    &STATUS,
 ];
+
+/// Names of the columns, in order.
+#[must_use]
+pub fn columns() -> Vec<String> {
+    QUANTITIES.iter().flat_map(|quantity| quantity.columns()).collect()
+}
 
 #[cfg(test)]
 mod tests {
@@ -102,17 +73,30 @@ mod tests {
     }
 
     fn column(name: &str) -> usize {
-        COLUMNS.iter().position(|column| *column == name).unwrap()
+        columns().iter().position(|column| column == name).unwrap()
+    }
+
+    /// The rows of the documented table: unit and meaning beside the first component's name.
+    fn documented() -> String {
+        let rows = QUANTITIES.iter().flat_map(|it| {
+            let first = std::iter::once(format!(" {} ", it.meaning));
+            let meanings = first.chain(std::iter::repeat(" ".to_owned()));
+            let rows = it.columns().zip(meanings);
+            rows.map(|(name, meaning)| format!("| `{name}` | {} |{meaning}|\n", it.unit))
+        });
+        rows.collect()
     }
 
     #[test]
     fn the_documented_columns_are_the_written_ones() {
         let document = include_str!("../../../docs/trace.md");
-        let rows = document.lines().filter_map(|line| line.strip_prefix("| `"));
-        let documented: Vec<_> = rows.filter_map(|row| row.split('`').next()).collect();
-        assert_eq!(documented, COLUMNS);
+        let rows = documented();
+        assert!(
+            document.contains(&format!("|---|---|---|\n{rows}\n")),
+            "docs/trace.md lacks\n{rows}"
+        );
         let text = trace("paper-saturated", &[], 1, 1);
-        assert_eq!(text.lines().next().unwrap().split(',').collect::<Vec<_>>(), COLUMNS);
+        assert_eq!(text.lines().next().unwrap().split(',').collect::<Vec<_>>(), columns());
     }
 
     #[test]
@@ -129,12 +113,12 @@ mod tests {
     }
 
     #[test]
-    fn every_row_has_every_column_and_means_what_it_says() {
+    fn every_row_has_every_column_with_its_value() {
         let text = trace("paper-saturated", &["initial.tilt_deg=60.0"], 50, 1);
         let rows = numbers(&text);
         assert_eq!(rows.len(), 50);
         for (tick, row) in rows.iter().enumerate() {
-            assert_eq!(row.len(), COLUMNS.len());
+            assert_eq!(row.len(), columns().len());
             assert_eq!(row[column("tick")], tick as f64);
             assert!((row[column("time")] - 1e-3 * tick as f64).abs() < 1e-6);
             for axis in ["x", "y", "z"] {

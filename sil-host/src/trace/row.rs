@@ -1,95 +1,69 @@
 //! The numbers of one row.
 
-use ctrl_core::controller::Estimates;
-use glam::{DQuat, DVec3, Vec3};
-
-use super::COLUMNS;
+use sim::quantity::{Quantity, Value, scalar_first};
 use sim::tick::Tick;
 
-/// How many columns are `f32`: all but tick, time, V, its part and the status.
-pub(super) const SINGLES: usize = COLUMNS.len() - 5;
+use super::QUANTITIES;
 
-/// One row; the numbers in the order of their columns.
+/// Columns in single precision.
+pub(super) const SINGLES: usize = {
+    let (mut width, mut index) = (0, 0);
+    while index < QUANTITIES.len() {
+        if is_single(QUANTITIES[index]) {
+            width += QUANTITIES[index].width();
+        }
+        index += 1;
+    }
+    width
+};
+/// Columns in double precision.
+const DOUBLES: usize = 2;
+
+/// `true` if the quantity's columns are in single precision.
+pub(super) const fn is_single(quantity: &Quantity) -> bool {
+    matches!(quantity.value, Value::Single(_) | Value::Vector(_) | Value::Quaternion(_))
+}
+
+/// One row; the numbers of each type in the order of their columns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
     pub tick: u64,
     pub time: f64,
     pub singles: [f32; SINGLES],
-    pub lyapunov: [f64; 2],
+    pub doubles: [f64; DOUBLES],
     pub status: u16,
 }
 
 impl Row {
     /// The tick's row.
     pub fn new(tick: &Tick) -> Self {
-        Self {
-            tick: tick.tick,
-            time: tick.time,
-            singles: singles(tick),
-            lyapunov: [tick.evaluation.value, tick.evaluation.parameter_part],
-            status: tick.output.status.bits(),
+        let mut row = Self {
+            tick: 0,
+            time: 0.0,
+            singles: [0.0; SINGLES],
+            doubles: [0.0; DOUBLES],
+            status: 0,
+        };
+        let (mut singles, mut doubles) = (&mut row.singles[..], row.doubles.iter_mut());
+        for quantity in QUANTITIES {
+            match quantity.value {
+                Value::Single(read) => singles = filled(singles, [read(tick)]),
+                Value::Vector(read) => singles = filled(singles, read(tick).to_array()),
+                Value::Quaternion(read) => singles = filled(singles, scalar_first(read(tick))),
+                Value::Double(read) => doubles.next().into_iter().for_each(|it| *it = read(tick)),
+                Value::Time(read) => row.time = read(tick),
+                Value::Count(read) => row.tick = read(tick),
+                Value::Bits(read) => row.status = read(tick),
+            }
         }
+        row
     }
 }
 
-fn singles(tick: &Tick) -> [f32; SINGLES] {
-    let Tick { truth, reference, output, applied, estimates, auxiliary, evaluation, .. } = tick;
-    let mut singles = Singles { numbers: [0.0; SINGLES], count: 0 };
-    singles.vector(truth.position_world.as_vec3());
-    singles.vector(truth.velocity_world.as_vec3());
-    singles.quaternion(truth.attitude);
-    singles.vector(truth.rate_body.as_vec3());
-    singles.vector(reference.position_world);
-    singles.vector(reference.velocity_world);
-    singles.vector(reference.acceleration_world);
-    singles.vector(reference.left_world);
-    singles.vector(evaluation.position_error.as_vec3());
-    singles.quaternion(evaluation.attitude_error);
-    singles.append([output.wrench.thrust]);
-    singles.vector(output.torque_demand_body);
-    singles.vector(output.wrench.torque_body);
-    singles.append([applied.thrust as f32]);
-    singles.vector(applied.torque_body.as_vec3());
-    singles.append([1.0 / estimates.inverse_mass]);
-    singles.vector(inertia_estimate(estimates).as_vec3());
-    singles.vector(estimates.gyroscopic_ratio);
-    singles.quaternion(auxiliary.attitude.as_dquat());
-    singles.vector(auxiliary.rate);
-    debug_assert_eq!(singles.count, SINGLES);
-    singles.numbers
-}
-
-/// Numbers being put together.
-struct Singles {
-    numbers: [f32; SINGLES],
-    count: usize,
-}
-
-impl Singles {
-    #[inline(always)]
-    fn append<const N: usize>(&mut self, numbers: [f32; N]) {
-        self.numbers[self.count..self.count + N].copy_from_slice(&numbers);
-        self.count += N;
-    }
-
-    #[inline(always)]
-    fn vector(&mut self, v: Vec3) {
-        self.append(v.to_array());
-    }
-
-    /// Scalar first.
-    #[inline(always)]
-    fn quaternion(&mut self, q: DQuat) {
-        self.append([q.w, q.x, q.y, q.z].map(|component| component as f32));
-    }
-}
-
-/// `a_hat` or `1/theta_hat` (kg m^2), whichever the controller estimates.
-#[must_use]
-pub fn inertia_estimate(estimates: &Estimates) -> DVec3 {
-    if estimates.inverse_inertia == Vec3::ZERO {
-        estimates.inertia.as_dvec3()
-    } else {
-        estimates.inverse_inertia.as_dvec3().recip()
-    }
+/// Writes `numbers` to the start of `to`; returns the rest.
+#[inline(always)]
+fn filled<const N: usize>(to: &mut [f32], numbers: [f32; N]) -> &mut [f32] {
+    let (start, rest) = to.split_at_mut(N);
+    start.copy_from_slice(&numbers);
+    rest
 }

@@ -1,18 +1,20 @@
 //! Rows as text.
 
-use super::COLUMNS;
-use super::row::{Row, SINGLES};
+use sim::quantity::Value;
+
+use super::row::{Row, SINGLES, is_single};
+use super::{QUANTITIES, columns};
 
 /// The longest text of a number that `zmij` and `itoa` write.
 const NUMBER_MAX: usize = 24;
 /// A number with its comma, and room to copy a round number of bytes.
 const CELL: usize = 32;
-/// More than a row can take.
-const ROW_MAX: usize = COLUMNS.len() * (NUMBER_MAX + 1) + CELL;
+/// Bound of the length of a row.
+const ROW_MAX: usize = (SINGLES + QUANTITIES.len()) * (NUMBER_MAX + 1) + CELL;
 
-/// Text of rows. A number that repeats the one above it, or what it was made from further left, is
-/// copied, not written anew: half of them do, for not every quantity moves in every flight, no torque
-/// saturates for long, and most vehicles do as commanded.
+/// Text of rows. A number that repeats the one above it, or its source further left, is copied, not
+/// formatted again: this holds for half of them, since not every quantity moves in every flight, no
+/// torque saturates for long, and most vehicles apply the command exactly.
 #[derive(Debug)]
 pub(super) struct Text {
     bytes: Vec<u8>,
@@ -35,23 +37,22 @@ impl Text {
     /// No text yet.
     pub fn new() -> Self {
         let none = Cell { bits: u64::MAX, length: 0, text: [0; CELL] };
-        let twin = core::array::from_fn(twin);
-        Self { bytes: Vec::new(), length: 0, above: [none; SINGLES], twin }
+        Self { bytes: Vec::new(), length: 0, above: [none; SINGLES], twin: twins() }
     }
 
-    /// What has been written.
+    /// The text so far.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes[..self.length]
     }
 
-    /// Forgets what has been written.
+    /// Discards the text so far.
     pub fn clear(&mut self) {
         self.length = 0;
     }
 
     /// Writes the names of the columns.
     pub fn heading(&mut self) {
-        let names = COLUMNS.join(",");
+        let names = columns().join(",");
         self.reserve(names.len() + 1);
         self.put(names.as_bytes());
         self.put(b"\n");
@@ -60,15 +61,25 @@ impl Text {
     /// Writes a row.
     pub fn row(&mut self, row: &Row) {
         self.reserve(ROW_MAX);
-        self.number(itoa::Buffer::new().format(row.tick));
-        self.seconds(row.time);
-        for (column, &single) in row.singles.iter().enumerate() {
-            self.single(column, single);
+        let (mut column, mut doubles) = (0, row.doubles.into_iter());
+        for quantity in QUANTITIES {
+            match quantity.value {
+                Value::Single(_) | Value::Vector(_) | Value::Quaternion(_) => {
+                    for index in column..column + quantity.width() {
+                        self.single(index, row.singles[index]);
+                    }
+                    column += quantity.width();
+                }
+                Value::Double(_) => {
+                    let double = doubles.next().unwrap_or(f64::NAN);
+                    self.number(zmij::Buffer::new().format(double));
+                }
+                Value::Time(_) => self.seconds(row.time),
+                Value::Count(_) => self.number(itoa::Buffer::new().format(row.tick)),
+                Value::Bits(_) => self.number(itoa::Buffer::new().format(row.status)),
+            }
         }
-        for double in row.lyapunov {
-            self.number(zmij::Buffer::new().format(double));
-        }
-        self.put(itoa::Buffer::new().format(row.status).as_bytes());
+        self.length -= 1;
         self.put(b"\n");
     }
 
@@ -120,16 +131,23 @@ impl Text {
     }
 }
 
-/// The twin of the column `column` of the singles.
-fn twin(column: usize) -> usize {
-    let singles = &COLUMNS[2..2 + SINGLES];
-    let name = singles[column];
-    let original = match (name.strip_prefix("applied_"), name.strip_prefix("torque_")) {
-        (Some(commanded), _) => commanded.to_owned(),
-        (None, Some(axis)) => format!("torque_demand_{axis}"),
-        (None, None) => return column,
-    };
-    singles.iter().position(|single| *single == original).unwrap_or(column)
+/// The names of the columns in single precision.
+fn single_columns() -> Vec<String> {
+    QUANTITIES.iter().filter(|it| is_single(it)).flat_map(|it| it.columns()).collect()
+}
+
+/// The twin of each column in single precision.
+fn twins() -> [usize; SINGLES] {
+    let names = single_columns();
+    core::array::from_fn(|column| {
+        let name = &names[column];
+        let original = match (name.strip_prefix("applied_"), name.strip_prefix("torque_")) {
+            (Some(commanded), _) => commanded.to_owned(),
+            (None, Some(axis)) => format!("torque_demand_{axis}"),
+            (None, None) => return column,
+        };
+        names.iter().position(|name| *name == original).unwrap_or(column)
+    })
 }
 
 /// Copies a short text by a few moves of fixed size, which overlap: faster than a call for any length.
@@ -156,7 +174,7 @@ mod tests {
     use super::*;
 
     fn row(singles: [f32; SINGLES]) -> Row {
-        Row { tick: 12, time: 0.012, singles, lyapunov: [0.1, -2.5e-300], status: 65_535 }
+        Row { tick: 12, time: 0.012, singles, doubles: [0.1, -2.5e-300], status: 65_535 }
     }
 
     #[test]
@@ -176,7 +194,7 @@ mod tests {
             assert_eq!(text.bytes(), once);
             let line = String::from_utf8(once).unwrap();
             let cells: Vec<&str> = line.trim_end().split(',').collect();
-            assert_eq!(cells.len(), COLUMNS.len());
+            assert_eq!(cells.len(), columns().len());
             for (cell, single) in cells[2..].iter().zip(singles) {
                 assert_eq!(cell.parse::<f32>().unwrap().to_bits(), single.to_bits());
                 assert_eq!(*cell, zmij::Buffer::new().format(single));
@@ -187,10 +205,10 @@ mod tests {
     }
 
     #[test]
-    fn what_the_vehicle_does_is_copied_from_the_command_and_that_from_the_demand() {
-        let twins: Vec<_> = (0..SINGLES).filter(|column| twin(*column) != *column).collect();
-        let name = |column: usize| COLUMNS[2 + column];
-        let pairs: Vec<_> = twins.iter().map(|&it| (name(it), name(twin(it)))).collect();
+    fn the_applied_wrench_is_copied_from_the_command_and_that_from_the_demand() {
+        let (names, twins) = (single_columns(), twins());
+        let differing = (0..SINGLES).filter(|&column| twins[column] != column);
+        let pairs: Vec<_> = differing.map(|it| (&*names[it], &*names[twins[it]])).collect();
         let expected = [
             ("torque_x", "torque_demand_x"),
             ("torque_y", "torque_demand_y"),

@@ -1,4 +1,4 @@
-//! Writes a trace beside the flight: turning numbers into text takes longer than flying.
+//! Writer of a trace on a thread of its own: formatting takes longer than flying.
 
 use std::io::{self, Write};
 use std::panic::resume_unwind;
@@ -12,7 +12,7 @@ use sim::tick::Tick;
 
 /// Rows that are handed over together.
 const BATCH: usize = 256;
-/// Batches that may wait; a flight that is faster than its trace waits for it.
+/// Batches in the queue; a flight that is faster than its trace waits for a place.
 const WAITING: usize = 4;
 /// Bytes collected before they are written out.
 const BUFFER: usize = 1 << 16;
@@ -24,7 +24,7 @@ pub struct TraceWriter<W> {
     rows: u64,
     batch: Vec<Row>,
     full: SyncSender<Vec<Row>>,
-    /// Batches to be used again.
+    /// Batches for reuse.
     empty: Receiver<Vec<Row>>,
     thread: JoinHandle<io::Result<W>>,
     /// The thread has stopped at an error, which [`finish`](Self::finish) returns.

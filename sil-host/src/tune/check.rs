@@ -16,23 +16,23 @@ use crate::campaign::{
 /// Steepest start of a check flight (deg).
 const TILT_MAX: f64 = 30.0;
 
-/// What the check found.
+/// Result of the check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
     /// Flights.
     pub flights: u32,
     /// Flights that kept every guarantee.
     pub held: u32,
-    /// What was predicted and the worst that was seen.
+    /// Predicted peaks and the largest observed errors.
     pub comparisons: Vec<Comparison>,
-    /// What went wrong in the others, a sentence each.
+    /// Reasons of the others, a sentence each.
     pub reasons: Vec<String>,
 }
 
 /// A bound and the worst of all flights.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Which guarantee.
+    /// Name of the guarantee.
     pub name: &'static str,
     /// Predicted peak.
     pub predicted: f64,
@@ -43,7 +43,7 @@ pub struct Comparison {
 }
 
 impl Check {
-    /// Whether every flight kept every guarantee.
+    /// `true` if every flight kept every guarantee.
     #[must_use]
     pub fn passed(&self) -> bool {
         self.flights > 0 && self.held == self.flights

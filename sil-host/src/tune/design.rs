@@ -1,16 +1,17 @@
 //! The gains: a first guess in closed form, then larger or better damped until the surveyed poles
 //! are where they were wanted at every corner, and small enough for every inequality of the core.
 
-use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::config::CascadeGains;
 use ctrl_core::error::{Bound, Condition, ConfigError};
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::vehicle::GRAVITY;
 
+use super::assembly::assembled;
 use super::digits::{rounded, rounded_down};
 use super::hover::Hover;
-use super::infeasible::{Infeasible, Mend};
-use super::request::{Limits, Request};
+use super::infeasible::{Infeasible, Remedy};
+use super::request::Request;
 use super::room::{acceleration, auxiliary_gain};
 use super::survey::{LoopSurvey, Which};
 use ctrl_core::controller::ControllerConfig;
@@ -29,11 +30,7 @@ const ROTATION_SLOPES: [f64; 5] = [4.0, 2.0, 1.0, 0.5, 0.25];
 /// Share of the position loop's damping that the coupling term may take or give.
 const COUPLING: f64 = 0.02;
 
-/// Share of the attitude loop's speed at which inertia and gyroscopic ratios adapt in a brisk
-/// manoeuvre (one radian of amplitude at the attitude's bandwidth, or the whole torque).
-const ADAPTATION: f64 = 0.02;
-
-/// By how much a factor of the guess grows at a time, and how often at most.
+/// Growth of a factor of the guess at a time, and the most times.
 const GROWTH: f64 = 1.04;
 const ROUNDS: u32 = 60;
 
@@ -60,7 +57,7 @@ pub fn accept(law: &ControllerConfig) -> Result<(), ConfigError> {
     }
 }
 
-/// `law` with the share `margin` of its inequalities' room used up: accelerations larger, or the step
+/// `law` with the share `margin` of its inequalities' headroom used up: accelerations larger, or the step
 /// longer, by `1/(1 - margin)`. The core must still accept each.
 #[must_use]
 pub fn stressed(law: &ControllerConfig, margin: f64) -> [ControllerConfig; 2] {
@@ -93,7 +90,7 @@ struct Factors {
 pub fn design(request: &Request) -> Result<ControllerConfig, Infeasible> {
     attempt(request).map_err(|mut error| {
         if let Some(words) =
-            error.mend.and_then(|(mend, value)| mend.sufficient(request, value, attempt))
+            error.remedy.and_then(|(remedy, value)| remedy.sufficient(request, value, attempt))
         {
             error.remedies.insert(0, words);
         }
@@ -111,7 +108,7 @@ fn attempt(request: &Request) -> Result<ControllerConfig, Infeasible> {
     Ok(law)
 }
 
-/// Whether the core accepts `law` with `margin` to spare.
+/// Checks that the core accepts `law` with `margin`.
 ///
 /// # Errors
 /// The first condition that does not hold, as it stands under the stress.
@@ -210,7 +207,7 @@ fn poles_out_of_reach(request: &Request, (survey, bandwidth): &(LoopSurvey, bool
             ),
             "a narrower interval of the inertia".to_owned(),
         ],
-        mend: None,
+        remedy: None,
     }
 }
 
@@ -224,9 +221,9 @@ fn refused(request: &Request, error: &ConfigError) -> Infeasible {
     let left = f64::from(value);
     let margin = number(request.wanted.margin);
     let mut remedies = vec!["a smaller wanted.attitude_bandwidth".to_owned()];
-    let mut mend = None;
+    let mut remedy = None;
     if parameter.starts_with("step_period") {
-        mend = Some((Mend::StepPeriod, f64::from(request.step_period) * right / left));
+        remedy = Some((Remedy::StepPeriod, f64::from(request.step_period) * right / left));
         remedies.push("a narrower interval of the inertia".to_owned());
     }
     Infeasible {
@@ -235,7 +232,7 @@ fn refused(request: &Request, error: &ConfigError) -> Infeasible {
         right,
         unit: "with the margin taken off",
         remedies,
-        mend,
+        remedy,
     }
 }
 
@@ -289,42 +286,6 @@ fn rate_gain(request: &Request, k3: f64, damping: f64) -> f64 {
         let half = k3 * (square / r - 0.5);
         let root = half * half + 2.0 * square / r - 0.25 * k3 * k3;
         (half + root.max(0.0).sqrt()).max(0.5 * k3)
-    }
-}
-
-/// The controller with these gains; `attitude` is the speed of its attitude loop (rad/s).
-pub(super) fn assembled(
-    request: &Request,
-    cascade: CascadeGains,
-    k4: f64,
-    k5: f64,
-    attitude: f64,
-) -> ControllerConfig {
-    let &Request { known, initial, reference_acceleration_max, step_period, limits, .. } = request;
-    let cubed = attitude.powi(3);
-    match limits {
-        None => ControllerConfig::RobustAdaptive(RobustAdaptiveConfig {
-            step_period,
-            reference_acceleration_max,
-            uncertainty: known,
-            initial,
-            cascade,
-            k4: k4 as f32,
-            gamma2: rounded(ADAPTATION * k4 / cubed) as f32,
-        }),
-        Some(Limits { thrust_max, torque_max }) => ControllerConfig::Saturated(SaturatedConfig {
-            step_period,
-            reference_acceleration_max,
-            uncertainty: known,
-            initial,
-            cascade,
-            thrust_max,
-            torque_max,
-            k4: k4 as f32,
-            k5: k5 as f32,
-            gamma2: rounded(ADAPTATION * attitude * k4 / f64::from(torque_max).powi(2)) as f32,
-            gamma3: rounded(ADAPTATION * k4 / cubed) as f32,
-        }),
     }
 }
 

@@ -20,12 +20,12 @@ use ctrl_core::controller::ControllerConfig;
 
 const G: f64 = GRAVITY as f64;
 
-/// What of a law and of its vehicle the linearisation depends on.
+/// Values of a law and of its vehicle that the linearisation depends on.
 #[derive(Clone, Copy, Debug)]
 pub struct Hover {
     /// Gains of the shared cascade.
     pub cascade: CascadeGains,
-    /// What is known of vehicle and disturbance.
+    /// Known intervals of vehicle and disturbance.
     pub known: Uncertainty,
     /// Step period (s).
     pub dt: f64,
@@ -42,7 +42,7 @@ pub struct Corner {
     pub mass: f64,
     /// True moment of inertia of the axis (kg m^2).
     pub inertia: f64,
-    /// What the law takes it for: `a_hat`, or `1/theta_hat` (kg m^2).
+    /// The law's estimate of it: `a_hat`, or `1/theta_hat` (kg m^2).
     pub inertia_estimate: f64,
     /// Slope of `h(G, delta)` as a share of its slope `1/delta` at zero: 0 (large signals) to 1.
     pub translation_slope: f64,
@@ -50,7 +50,7 @@ pub struct Corner {
     pub rotation_slope: f64,
 }
 
-/// What a loop shows, as rows that the state multiplies.
+/// Outputs of a loop, as rows that the state multiplies.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Outputs {
     /// Position error (m).
@@ -76,7 +76,7 @@ pub struct Loop {
     pub sampled: DMat4,
     /// `B1` [per m/s^2] and `B2` [per N m].
     pub pushes: [DVec4; 2],
-    /// What it shows.
+    /// Outputs.
     pub outputs: Outputs,
     dt: f64,
 }

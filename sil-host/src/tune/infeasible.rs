@@ -1,4 +1,4 @@
-//! Why no gains meet a request, and what would change that.
+//! Refusal of a request that no gains meet, with remedies.
 
 use core::fmt;
 
@@ -7,11 +7,11 @@ use super::request::Request;
 use ctrl_core::controller::ControllerConfig;
 use sim::number::number;
 
-/// By how much a value is moved at a time until it mends the request, and how often at most.
+/// Factor by which a value is moved at a time until the request is feasible, and how often at most.
 const GROWTH: f64 = 1.04;
 const ROUNDS: u32 = 60;
 
-/// Why no gains meet a request: an inequality, by how much it fails, and what would change that.
+/// Inequality that no gains meet, its two sides, and remedies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Infeasible {
     /// The inequality.
@@ -22,15 +22,15 @@ pub struct Infeasible {
     pub right: f64,
     /// Unit of both sides.
     pub unit: &'static str,
-    /// What would make it hold.
+    /// Changes with which it would hold.
     pub remedies: Vec<String>,
-    /// The value of the request that decides, and how far it has to go for these gains.
-    pub mend: Option<(Mend, f64)>,
+    /// Deciding value of the request, and the value that these gains need.
+    pub remedy: Option<(Remedy, f64)>,
 }
 
-/// A value of the request whose change mends what is infeasible.
+/// A value of the request whose change makes it feasible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mend {
+pub enum Remedy {
     /// `thrust_max` (N), larger.
     ThrustMax,
     /// `torque_max` (N m), larger.
@@ -39,7 +39,7 @@ pub enum Mend {
     StepPeriod,
 }
 
-impl Mend {
+impl Remedy {
     /// The request with this value.
     fn applied(self, request: &Request, value: f64) -> Request {
         let mut request = request.clone();
@@ -52,8 +52,8 @@ impl Mend {
         request.completed()
     }
 
-    /// A value, from `value` on, with which this is not what fails any more; the search may ask for
-    /// more than the gains that it was first refused with.
+    /// First value, from `value` on, with which another inequality fails or none; the search may need
+    /// more than the gains that were refused first.
     pub(super) fn sufficient(
         self,
         request: &Request,
@@ -65,7 +65,7 @@ impl Mend {
         for _ in 0..ROUNDS {
             value = if shorter { rounded_down(value) } else { rounded_up(value) };
             match attempt(&self.applied(request, value)) {
-                Err(Infeasible { mend: Some((mend, _)), .. }) if mend == self => {
+                Err(Infeasible { remedy: Some((remedy, _)), .. }) if remedy == self => {
                     value *= if shorter { 1.0 / GROWTH } else { GROWTH };
                 }
                 _ => return Some(self.words(value)),

@@ -1,6 +1,7 @@
 //! `tune`: gains from what is known of a vehicle, the closed loop that they make, and a check of both.
 //! `docs/tune.md` derives the method.
 
+mod assembly;
 pub mod check;
 pub mod design;
 mod digits;
@@ -24,7 +25,7 @@ use proposal::Proposal;
 use request::{Request, WantedOptions};
 use sim::scenario::{LoadedScenario, ScenarioError};
 
-/// Why nothing was proposed or written.
+/// Cause of a proposal that was not made or written.
 #[derive(Clone, Debug)]
 pub enum TuneError {
     /// The request cannot be read, or a value is out of its range.

@@ -50,7 +50,7 @@ const TAIL: f64 = 10.0;
 /// Longest response (steps); a loop with a wider spread of poles is cut off.
 const STEPS_MAX: f64 = 2e5;
 
-/// How often the slopes of the smooth signs are brought in line with the peaks.
+/// Iterations that bring the slopes of the smooth signs in line with the peaks.
 const ITERATIONS: u32 = 40;
 
 /// Standard deviations that noise is taken to reach: beyond, once in two million independent values.

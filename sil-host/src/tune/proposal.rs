@@ -1,4 +1,4 @@
-//! What is proposed: the gains, a complete scenario around them, and what is predicted of it.
+//! A proposal: the gains, a complete scenario around them, and its predicted errors.
 
 use std::fmt::Write;
 
@@ -14,16 +14,16 @@ use ctrl_core::controller::ControllerConfig;
 /// Time constants of the slowest mode after which the start counts as forgotten.
 const FORGOTTEN: f64 = 10.0;
 
-/// How long flights are judged after that, in units of the position bandwidth's inverse: three periods.
+/// Time for which flights are judged after that, in units of the position bandwidth's inverse: three periods.
 const JUDGED: f64 = 20.0;
 
 /// Errors [m, rad] below which a flight is not judged: rounding, and what is left of the start.
 const FLOOR: f64 = 1e-3;
 
-/// Gains and what they make of the vehicle.
+/// Gains, and the predictions for the vehicle with them.
 #[derive(Clone, Debug)]
 pub struct Proposal {
-    /// What was asked.
+    /// Request that it meets.
     pub request: Request,
     /// The controller, complete.
     pub law: ControllerConfig,
@@ -31,7 +31,7 @@ pub struct Proposal {
     pub surveys: Vec<LoopSurvey>,
     /// Predicted ultimate bounds.
     pub ultimate: Ultimate,
-    /// From when on the bounds hold in the check flights (s).
+    /// Time from which on the bounds hold in the check flights (s).
     pub settle_time: f64,
     /// Length of the check flights (s).
     pub duration: f64,
@@ -220,6 +220,6 @@ fn out_of_range(law: &ControllerConfig, ultimate: &Ultimate) -> Option<Infeasibl
             "a larger wanted.attitude_bandwidth".to_owned(),
             "a larger wanted.position_range".to_owned(),
         ],
-        mend: None,
+        remedy: None,
     })
 }

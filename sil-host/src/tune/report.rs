@@ -1,4 +1,4 @@
-//! What `tune` prints: the table for people, or the same as JSON.
+//! Report of a proposal: a table, or the same as JSON.
 
 use std::fmt::Write;
 

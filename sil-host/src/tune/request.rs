@@ -1,24 +1,25 @@
-//! What is asked: the vehicle as far as it is known, its limits, and the closed loop wanted. From a short
-//! vehicle file, or from a scenario, whose gains are then not looked at.
+//! Request for gains: known intervals of the vehicle, its limits and the requested closed loop, read from a
+//! short vehicle file or from a scenario, whose own gains are ignored.
 
 use ctrl_core::vehicle::{GRAVITY, InitialEstimate, Interval, Uncertainty};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use ctrl_core::controller::ControllerConfig;
+use sim::number::number;
 use sim::scenario::document::TomlText;
 use sim::scenario::{BuiltIn, LoadedScenario, Scenario, ScenarioError};
 
-/// Everything that gains are made from.
+/// Input of the gain design.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Request {
-    /// What to call the scenario that is proposed.
+    /// Name of the proposed scenario.
     pub name: String,
-    /// What is known of vehicle and disturbance.
+    /// Known intervals of vehicle and disturbance.
     pub known: Uncertainty,
     /// Estimates at the first tick.
     pub initial: InitialEstimate,
-    /// Part of `D2` that may last (N m); the rest has no mean, as noise.
+    /// Part of `D2` that may be a lasting torque (N m); the rest is zero-mean noise.
     pub lasting_torque: f64,
     /// `M_p` (m/s^2).
     pub reference_acceleration_max: f32,
@@ -26,9 +27,9 @@ pub struct Request {
     pub step_period: f32,
     /// `M_f` (N) and `M_tau` (N m): controller 2; none: controller 1.
     pub limits: Option<Limits>,
-    /// The closed loop wanted.
+    /// Requested closed loop.
     pub wanted: Wanted,
-    /// What of it was said; the rest are defaults, which depend on the limits.
+    /// Values of it that were given; the rest are defaults, which depend on the limits.
     #[serde(skip)]
     pub options: WantedOptions,
 }
@@ -42,7 +43,7 @@ pub struct Limits {
     pub torque_max: f32,
 }
 
-/// The closed loop wanted.
+/// Requested closed loop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Wanted {
     /// Least modulus of the poles of position and height (rad/s).
@@ -51,7 +52,7 @@ pub struct Wanted {
     pub attitude_bandwidth: f64,
     /// Least damping ratio of all of them.
     pub damping: f64,
-    /// Share of the room of every inequality that stays free.
+    /// Share of every inequality's headroom that is kept as margin.
     pub margin: f64,
     /// Position error up to which the position loop stays about linear, `1/k1` at least (m).
     pub position_range: f64,
@@ -122,7 +123,7 @@ struct VehicleFile {
     inertia: Interval,
     disturbance_acceleration: f32,
     disturbance_torque: f32,
-    lasting_torque: Option<f64>,
+    lasting_torque: Option<f32>,
     reference_acceleration_max: f32,
     thrust_max: Option<f32>,
     torque_max: Option<f32>,
@@ -224,7 +225,7 @@ impl Request {
             at("torque_max", torque_max, 1e-9, 1e6, "N m"),
             at("wanted.position_bandwidth", wanted.position_bandwidth, 0.01, 100.0, "rad/s"),
             at("wanted.damping", wanted.damping, 0.1, 0.95, "of critical damping"),
-            at("wanted.margin", wanted.margin, 0.0, 0.9, "of each inequality's room"),
+            at("wanted.margin", wanted.margin, 0.0, 0.9, "of each inequality's headroom"),
             at("wanted.position_range", wanted.position_range, 1e-3, 1e3, "m"),
             at("wanted.attitude_range", wanted.attitude_range, 1e-3, 3.0, "rad"),
             at("wanted.attitude_bandwidth", wanted.attitude_bandwidth, 0.0, 1000.0, "rad/s"),
@@ -232,6 +233,7 @@ impl Request {
         .into_iter()
         .find(|&(_, value, lower, upper, _)| !(lower <= value && value <= upper))
         .map(|(path, value, lower, upper, unit)| {
+            let [value, lower, upper] = [value, lower, upper].map(number);
             (path, format!("{value} must be in [{lower}, {upper}] {unit}"))
         })
     }
@@ -255,7 +257,8 @@ fn from_vehicle(
     };
     let middle = |interval: Interval| libm::sqrtf(interval.lower * interval.upper);
     let options = flags.or(file.wanted);
-    let lasting_torque = file.lasting_torque.unwrap_or(file.disturbance_torque.into());
+    // Both in single precision: the same number in the file is the same bound.
+    let lasting_torque = f64::from(file.lasting_torque.unwrap_or(file.disturbance_torque));
     Ok(Request {
         name: file.name,
         known,

@@ -1,12 +1,12 @@
-//! The room that thrust and torque leave to the gains, with the margin taken off.
+//! Headroom that thrust and torque leave to the gains, less the margin.
 
 use ctrl_core::config::CascadeGains;
 use ctrl_core::vehicle::GRAVITY;
 use sim::guarantee::bounds::ThrustBounds;
 
-use super::design::assembled;
+use super::assembly::assembled;
 use super::digits::rounded_down;
-use super::infeasible::{Infeasible, Mend};
+use super::infeasible::{Infeasible, Remedy};
 use super::request::Request;
 use sim::number::number;
 
@@ -15,7 +15,7 @@ const G: f64 = GRAVITY as f64;
 /// `M1` is at least so many times `D1`, so that a lasting push takes it only half to its limit.
 const PUSH: f64 = 2.0;
 
-/// What rounding to `f32` may take of the margin.
+/// Share of the margin that rounding to `f32` may take.
 const ROUNDING: f64 = 1e-6;
 
 /// `M1 + M2` (m/s^2): as much as thrust and torque leave with margin.
@@ -39,7 +39,7 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
                 ),
                 "a smaller wanted.position_bandwidth or wanted.position_range".to_owned(),
             ],
-            mend: None,
+            remedy: None,
         });
     }
     let Some(limits) = request.limits else { return Ok(lift) };
@@ -51,7 +51,7 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
             right: thrust,
             unit: "m/s^2",
             remedies: vec![lower_demand()],
-            mend: Some((Mend::ThrustMax, room.thrust_for(needed / free))),
+            remedy: Some((Remedy::ThrustMax, room.thrust_for(needed / free))),
         });
     }
     let inertia = f64::from(request.known.inertia.upper);
@@ -66,7 +66,7 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
             right: most,
             unit: "N m",
             remedies: vec![lower_demand()],
-            mend: Some((Mend::TorqueMax, torque(needed) / free)),
+            remedy: Some((Remedy::TorqueMax, torque(needed) / free)),
         });
     }
     let steerable = (most - request.lasting_torque) * G / (inertia * bandwidth * bandwidth) - d1;
@@ -78,7 +78,7 @@ fn lower_demand() -> String {
         .to_owned()
 }
 
-/// Room for `M1 + M2` (m/s^2).
+/// Headroom for `M1 + M2` (m/s^2).
 struct ThrustRoom {
     /// Below (19).
     lift: f64,
@@ -155,7 +155,7 @@ pub(super) fn auxiliary_gain(request: &Request, attitude: f64) -> Result<f64, In
             right: most,
             unit: "N m",
             remedies,
-            mend: Some((Mend::TorqueMax, torque / free)),
+            remedy: Some((Remedy::TorqueMax, torque / free)),
         });
     }
     let followed = ((most - request.lasting_torque) / (inertia * core::f64::consts::TAU)).sqrt();

@@ -56,16 +56,16 @@ impl Which {
 pub struct Met {
     /// The number.
     pub value: f64,
-    /// Where.
+    /// Corner at which it is met.
     pub corner: Corner,
     /// By which pole, as `ln(z)/dt`.
     pub pole: Pole,
 }
 
-/// What one loop does over the corners.
+/// Poles of one loop over the corners.
 #[derive(Clone, Debug)]
 pub struct LoopSurvey {
-    /// Which loop.
+    /// Loop.
     pub which: Which,
     /// Poles at the nominal vehicle in continuous time, slowest first.
     pub nominal: Vec<Pole>,
@@ -81,7 +81,7 @@ pub struct LoopSurvey {
     pub sampled_modulus: f64,
 }
 
-/// Where the gains were made for: the initial estimates are right, signals are small.
+/// Corner that the gains are designed for: the initial estimates are right, signals are small.
 #[must_use]
 pub fn nominal(law: &ControllerConfig) -> Corner {
     let initial = law.initial();

@@ -1,4 +1,4 @@
-//! Angles whose value is asked for only when it matters: comparing two takes no arc tangent.
+//! Angles that are compared without an arc tangent; their value in radians is computed on demand.
 
 use glam::{DQuat, DVec3};
 
@@ -30,7 +30,7 @@ impl Angle {
         Self { sine: libm::sin(radians), cosine: libm::cos(radians) }
     }
 
-    /// Whether it is at most `bound`, up to rounding; never with NaN.
+    /// `true` if it is at most `bound`, up to rounding; `false` with NaN.
     #[inline]
     pub fn is_within(self, bound: Self) -> bool {
         bound.sine * self.cosine - bound.cosine * self.sine >= 0.0 // sin(bound - self)
@@ -41,7 +41,7 @@ impl Angle {
         self.sine.atan2(self.cosine)
     }
 
-    /// Whether it is smaller than `other` by more than rounding can make up; never with NaN.
+    /// `true` if it is smaller than `other` by more than rounding; `false` with NaN.
     #[inline]
     fn is_clearly_below(self, other: Self) -> bool {
         let (ahead, behind) = (other.sine * self.cosine, other.cosine * self.sine);

@@ -1,4 +1,4 @@
-//! What the rotors really do, where a scenario says that they do otherwise than commanded.
+//! Applied thrust and torque, for a scenario whose actuators deviate from the command.
 
 use super::Monitor;
 use super::verdict::{Extreme, Requirement, Verdict};
@@ -6,7 +6,7 @@ use crate::observer::Observer;
 use crate::plant::actuation::{ActuationConfig, Limits};
 use crate::tick::Tick;
 
-/// Thrust and torque that act stay within what the rotors can give, and how often a command does not.
+/// Checks that the applied wrench stays within the rotor limits; counts the commands that do not.
 #[derive(Clone, Copy, Debug)]
 pub struct Applied {
     shown: bool,
@@ -55,7 +55,7 @@ impl Observer for Applied {
         for component in applied.torque_body.abs().to_array() {
             self.torque.highest(component, tick.time);
         }
-        if self.limits.is_some_and(|limits| limits.cut(&tick.output.wrench)) {
+        if self.limits.is_some_and(|limits| limits.cuts(&tick.output.wrench)) {
             self.cut += 1;
             self.latest_cut = tick.time;
         }
@@ -86,7 +86,12 @@ impl Monitor for Applied {
         ];
         rows.extend(self.limits.map(|_| {
             let cut = Extreme::at(self.cut as f64, self.latest_cut);
-            row("ticks with a command beyond the rotors", "ticks", Requirement::Information, cut)
+            row(
+                "ticks with a command beyond the rotor limits",
+                "ticks",
+                Requirement::Information,
+                cut,
+            )
         }));
         rows
     }

@@ -1,4 +1,4 @@
-//! Where the auxiliary system of controller 2 went and where it is now (38), (39).
+//! Excursion of the auxiliary system of controller 2 (38), (39).
 
 use ctrl_core::controller::Auxiliary;
 
@@ -13,7 +13,7 @@ use ctrl_core::controller::ControllerConfig;
 #[derive(Clone, Copy, Debug)]
 pub struct AuxiliaryRest {
     shown: bool,
-    /// Where the auxiliary attitude was furthest from rest, and when (s).
+    /// The auxiliary system when its attitude was furthest from rest, and the time (s).
     peak: Option<(Auxiliary, f64)>,
     latest: (Auxiliary, f64),
 }

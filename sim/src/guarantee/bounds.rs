@@ -1,4 +1,4 @@
-//! Bounds of the thrust that the theorems promise for a controller's configuration.
+//! Thrust bounds of the theorems for a controller's configuration.
 
 use ctrl_core::controller::ControllerConfig;
 use ctrl_core::vehicle::GRAVITY;

@@ -93,7 +93,8 @@ impl Guarantees {
             auxiliary: auxiliary::AuxiliaryRest::new(law),
             lyapunov: lyapunov::LyapunovMonitor::new(config, law, parameters, actuation),
         };
-        Self { law: Some(monitors), ..Self::of_any_controller(config, actuation) }
+        let tracking = tracking::Tracking::new(config);
+        Self { law: Some(monitors), tracking, ..Self::of_any_controller(config, actuation) }
     }
 
     /// The monitors that need no law of the paper: tracking errors, limits of the rotors, faults.
@@ -101,7 +102,7 @@ impl Guarantees {
     pub fn of_any_controller(config: &GuaranteeConfig, actuation: &ActuationConfig) -> Self {
         Self {
             applied: applied::Applied::new(actuation),
-            tracking: tracking::Tracking::new(config),
+            tracking: tracking::Tracking::of_any_controller(config),
             status: status::Faults::default(),
             law: None,
             added: Vec::new(),

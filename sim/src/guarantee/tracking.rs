@@ -15,19 +15,26 @@ use crate::tick::Tick;
 pub struct Tracking {
     config: GuaranteeConfig,
     position: Extreme,
-    /// Half of it.
-    attitude: LargestAngle,
+    /// Half of the angle of `q_e`; none for a controller without one.
+    attitude: Option<LargestAngle>,
     tilt: LargestAngle,
     heading: LargestAngle,
 }
 
 impl Tracking {
-    /// With the bounds of `config`.
+    /// The monitor for a law of the paper, with the bounds of `config`.
     #[must_use]
     pub fn new(config: &GuaranteeConfig) -> Self {
+        let attitude = Some(LargestAngle::default());
+        Self { attitude, ..Self::of_any_controller(config) }
+    }
+
+    /// The monitor for a controller without an attitude error `q_e` of its own.
+    #[must_use]
+    pub fn of_any_controller(config: &GuaranteeConfig) -> Self {
         let none = LargestAngle::default();
         let position = Extreme::default();
-        Self { config: *config, position, attitude: none, tilt: none, heading: none }
+        Self { config: *config, position, attitude: None, tilt: none, heading: none }
     }
 }
 
@@ -67,7 +74,9 @@ impl Observer for Tracking {
         }
         let attitude = tick.truth.attitude;
         self.position.highest(evaluation.position_error.norm(), tick.time);
-        self.attitude.observe(Angle::half_turn(evaluation.attitude_error), tick.time);
+        if let Some(largest) = &mut self.attitude {
+            largest.observe(Angle::half_turn(evaluation.attitude_error), tick.time);
+        }
         self.tilt.observe(tilt(attitude, &tick.reference), tick.time);
         self.heading.observe(heading(attitude, &tick.reference), tick.time);
     }
@@ -79,24 +88,29 @@ impl Monitor for Tracking {
             Verdict::new((name, equation, unit), Requirement::AtMost(bound), extreme)
         };
         let config = &self.config;
-        let names = [
+        let mut rows = vec![row(
             "position error after settling",
-            "attitude error (q_e) after settling",
-            "tilt error (b3, b3d) after settling",
-            "heading error (b2, b2d) after settling",
-        ];
-        vec![
-            row(names[0], "(5)", "m", config.position_error_max, self.position),
+            "(5)",
+            "m",
+            config.position_error_max,
+            self.position,
+        )];
+        rows.extend(self.attitude.map(|largest| {
+            let (name, bound) = ("attitude error (q_e) after settling", config.attitude_error_max);
+            row(name, "(36), (53)", "rad", bound, largest.extreme(2.0))
+        }));
+        let (tilt, heading) = (self.tilt.extreme(1.0), self.heading.extreme(1.0));
+        rows.extend([
+            row("tilt error (b3, b3d) after settling", "(2)", "rad", config.tilt_error_max, tilt),
             row(
-                names[1],
-                "(36), (53)",
+                "heading error (b2, b2d) after settling",
+                "(6)",
                 "rad",
-                config.attitude_error_max,
-                self.attitude.extreme(2.0),
+                config.heading_error_max,
+                heading,
             ),
-            row(names[2], "(2)", "rad", config.tilt_error_max, self.tilt.extreme(1.0)),
-            row(names[3], "(6)", "rad", config.heading_error_max, self.heading.extreme(1.0)),
-        ]
+        ]);
+        rows
     }
 }
 

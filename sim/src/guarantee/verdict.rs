@@ -1,8 +1,12 @@
-//! One row of the guarantee table, and the extremes that rows are made of.
+//! Rows of the table of guarantees, and the extremes behind them.
+
+use std::fmt;
 
 use serde::Serialize;
 
-/// What the observed extreme must satisfy.
+use crate::number::number;
+
+/// Requirement on the observed extreme.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Requirement {
@@ -12,7 +16,7 @@ pub enum Requirement {
     AtMost(f64),
     /// Always inside the closed interval.
     Inside(f64, f64),
-    /// No bound is promised; the number is shown for the reader.
+    /// No bound; the number is information.
     Information,
 }
 
@@ -29,12 +33,12 @@ impl Requirement {
     }
 }
 
-/// The outcome of one guarantee over a flight.
+/// Verdict on one guarantee over a flight.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
-    /// What is guaranteed.
+    /// The guaranteed quantity.
     pub name: &'static str,
-    /// Its equation in the paper, or where it is derived.
+    /// Its equation in the paper, or the place of its derivation.
     pub equation: &'static str,
     /// The bound.
     pub requirement: Requirement,
@@ -44,9 +48,9 @@ pub struct Verdict {
     pub margin: Option<f64>,
     /// Unit of `requirement`, `observed` and `margin`.
     pub unit: &'static str,
-    /// When `observed` occurred (s).
+    /// Time of `observed` (s).
     pub time: Option<f64>,
-    /// Whether the guarantee holds; rows of information always pass.
+    /// `true` if the guarantee holds; rows of information always pass.
     pub pass: bool,
 }
 
@@ -72,7 +76,25 @@ impl Verdict {
     }
 }
 
-/// The most extreme value seen so far and when; NaN is more extreme than any number.
+/// One line: result, guarantee, observed value and margin.
+impl fmt::Display for Verdict {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, equation, unit, .. } = self;
+        let result = match self.requirement {
+            Requirement::Information => "info",
+            _ if self.pass => "pass",
+            _ => "FAIL",
+        };
+        write!(out, "{result} {name} {equation}: ")?;
+        match self.observed {
+            Some(observed) => write!(out, "{} {unit}", number(observed))?,
+            None => out.write_str("not observed")?,
+        }
+        self.margin.map_or(Ok(()), |margin| write!(out, ", margin {}", number(margin)))
+    }
+}
+
+/// The most extreme value so far and its time; NaN is more extreme than any number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Extreme(Option<(f64, f64)>);
 
@@ -83,7 +105,7 @@ impl Extreme {
         Self(Some((value, time)))
     }
 
-    /// Keeps `value` at `time` if `worse(value, kept)`; whether it did.
+    /// Keeps `value` at `time` if `worse(value, kept)`; `true` if it did.
     #[inline]
     fn keep(&mut self, value: f64, time: f64, worse: impl FnOnce(f64, f64) -> bool) -> bool {
         let replace = match self.0 {
@@ -96,7 +118,7 @@ impl Extreme {
         replace
     }
 
-    /// Keeps the highest; whether `value` is it.
+    /// Keeps the highest; `true` if `value` is it.
     #[inline]
     pub fn highest(&mut self, value: f64, time: f64) -> bool {
         self.keep(value, time, |new, kept| new > kept)
@@ -113,7 +135,7 @@ impl Extreme {
         self.keep(value, time, |new, kept| new < kept);
     }
 
-    /// Keeps the value with the least margin to `requirement`; whether it is `value`.
+    /// Keeps the value with the least margin to `requirement`; `true` if it is `value`.
     #[inline]
     pub fn tightest(&mut self, value: f64, time: f64, requirement: Requirement) -> bool {
         self.keep(value, time, |new, kept| requirement.margin(new) < requirement.margin(kept))
@@ -151,6 +173,14 @@ mod tests {
         assert!(row(-1.0).pass);
         assert!(!row(-1.1).pass);
         assert_eq!(row(1.5).margin, Some(0.5));
+    }
+
+    #[test]
+    fn a_row_is_one_line_of_text() {
+        let row = |x| Verdict::new(("error", "(5)", "m"), Requirement::AtMost(2.0), x);
+        assert_eq!(row(extreme(2.5)).to_string(), "FAIL error (5): 2.5 m, margin -0.5");
+        assert_eq!(row(extreme(1.5)).to_string(), "pass error (5): 1.5 m, margin 0.5");
+        assert_eq!(row(Extreme::default()).to_string(), "FAIL error (5): not observed");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The simulated vehicle: truth in `f64`, from which the controller's `f32` state is rounded.
 //!
-//! A file a physical effect: [`rigid_body`] moves the vehicle, [`disturbance`] pushes it, [`actuation`]
-//! makes of a command what really acts. `docs/plant.md` says what each one does.
+//! One file per physical effect: [`rigid_body`] dynamics, [`disturbance`]s, and the [`actuation`] between
+//! commanded and applied wrench. `docs/plant.md` gives the equations.
 
 pub mod actuation;
 pub mod disturbance;
@@ -25,7 +25,7 @@ pub struct PlantState {
 }
 
 impl PlantState {
-    /// What the controller is given: the truth, rounded to `f32`.
+    /// The state that the controller receives: the truth, rounded to `f32`.
     #[inline]
     #[must_use]
     pub fn measured(&self) -> VehicleState {
@@ -47,7 +47,7 @@ pub struct PlantParameters {
     pub inertia: DVec3,
 }
 
-/// What the rotors really do to the vehicle.
+/// Thrust and torque that act on the vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AppliedWrench {
     /// Thrust along body z (N).
@@ -56,7 +56,7 @@ pub struct AppliedWrench {
     pub torque_body: DVec3,
 }
 
-/// What disturbs the vehicle, held over one control tick.
+/// Disturbance of the vehicle, held over one control tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disturbance {
     /// `d1`: acceleration in the world frame (m/s^2).

@@ -61,13 +61,13 @@ impl RigidBody {
         state
     }
 
-    /// How many RK4 steps move the body on by one step period.
+    /// RK4 steps per step period.
     #[must_use]
     pub fn sub_steps(&self) -> u32 {
         self.sub_steps
     }
 
-    /// How long each of them is (s).
+    /// Length of an RK4 step (s).
     #[must_use]
     pub fn sub_step_duration(&self) -> f64 {
         self.h
@@ -97,7 +97,7 @@ impl RigidBody {
         self.stages(state, thrust, free(held), spin)
     }
 
-    /// What wrench and disturbance add to the rate in one RK4 step (rad/s).
+    /// Change of the rate by wrench and disturbance over one RK4 step (rad/s).
     #[inline(always)]
     fn spin(&self, wrench: &AppliedWrench, held: &Disturbance) -> DVec3 {
         self.h * self.inverse_inertia * (wrench.torque_body + held.torque_body)
@@ -174,7 +174,7 @@ impl RigidBody {
     }
 }
 
-/// How the body turned over one RK4 step. The stages' `p` and `v` differ by multiples of the
+/// Rotation of the body over one RK4 step. The stages' `p` and `v` differ by multiples of the
 /// accelerations only, which collapses RK4 of (1), (2) to sums of the stages' thrust axes.
 struct Turned {
     rate_body: DVec3,

@@ -1,4 +1,4 @@
-//! The plant of a flight: anything that takes a wrench and moves, and the built-in vehicle.
+//! The plant of a flight: the interface [`Plant`], and the built-in [`Vehicle`].
 
 use ctrl_core::vehicle::Wrench;
 
@@ -11,7 +11,7 @@ pub trait Plant {
     /// The true state now.
     fn truth(&self) -> &PlantState;
 
-    /// Takes the command of a tick, once before each [`advance`](Self::advance). Returns the wrench that
+    /// Receives the command of a tick, once before each [`advance`](Self::advance). Returns the wrench that
     /// acts at this instant.
     fn command(&mut self, wrench: &Wrench) -> AppliedWrench;
 
@@ -23,7 +23,7 @@ pub trait Plant {
 #[derive(Clone, Debug)]
 pub struct Vehicle {
     body: RigidBody,
-    /// None: every command acts at once and exactly.
+    /// If absent, every command acts at once and exactly.
     actuators: Option<Actuators>,
     command: Wrench,
     truth: PlantState,

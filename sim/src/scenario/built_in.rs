@@ -1,15 +1,15 @@
-//! The scenarios that come with the program. Their files are the only place for their numbers.
+//! Built-in scenarios. Their files are the only place for their numbers.
 
-/// A scenario that comes with the program.
+/// A built-in scenario.
 #[derive(Clone, Copy, Debug)]
 pub struct BuiltIn {
-    /// What to call it on the command line.
+    /// Name on the command line.
     pub name: &'static str,
     /// Its TOML, comments included.
     pub text: &'static str,
 }
 
-/// What `run` flies when nothing is named: the paper's two simulations.
+/// Scenarios that `run` flies by default: the paper's two simulations.
 pub const DEFAULT_SCENARIOS: [&str; 2] = ["paper-robust-adaptive", "paper-saturated"];
 
 macro_rules! built_in {
@@ -32,7 +32,7 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
 ];
 
 impl BuiltIn {
-    /// The one of that name.
+    /// The built-in scenario of that name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         BUILT_IN.iter().find(|scenario| scenario.name == name)

@@ -58,10 +58,10 @@ impl TomlText {
         Ok(())
     }
 
-    /// Makes one change `path=value`; errors call it `written`, the option that asked for it.
+    /// Makes one change `path=value`; errors name it `written`, the option of the change.
     ///
     /// # Errors
-    /// When the path leads nowhere.
+    /// When no value is at the path.
     pub fn set_option(&mut self, change: &str, written: &str) -> Result<(), ScenarioError> {
         let parsed: Result<DocumentMut, _> = self.effective.parse();
         let mut document = parsed.map_err(|error| self.error(&[], with_hint(error.message())))?;
@@ -107,22 +107,21 @@ impl TomlText {
         ScenarioError { origin, key: path.join("."), message }
     }
 
-    /// Whether `change` wrote the value at `path`, or the whole table around it, or brought the
-    /// table at `path` into being.
+    /// `true` if `change` wrote the value at `path` or the whole table around it, or created the table at
+    /// `path`.
     fn concerns(&self, change: &Override, path: &[String]) -> bool {
         let is_new = || item_at(self.original.as_table(), path).is_none();
         let inside = path.starts_with(&change.path);
         !path.is_empty() && (inside || (change.path.starts_with(path) && is_new()))
     }
 
-    /// Whether the text has a value or table at `path`.
+    /// `true` if the text has a value or table at `path`.
     pub fn contains(&self, path: &[String]) -> bool {
         Document::parse(self.effective.as_str())
             .is_ok_and(|document| item_at(document.as_table(), path).is_some())
     }
 
-    /// Whether the text has a value at `path`, which may end in indices: then, whether it has the
-    /// array.
+    /// `true` if the text has a value at `path`; for a path that ends in indices, the array.
     pub fn has(&self, path: &str) -> bool {
         steps(path).is_some_and(|steps| self.contains(&keys(&steps)))
     }

@@ -1,19 +1,19 @@
-//! The error of reading a scenario: where, which key, what is wrong, what may be meant.
+//! The error of reading a scenario: place, key, fault, and the nearest known name.
 
 use std::fmt;
 
-/// Why a scenario cannot be flown. `Display` puts it on one line: `file:line: key: message`.
+/// Fault of a scenario. `Display` puts it on one line: `file:line: key: message`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScenarioError {
-    /// Where the fault is.
+    /// Place of the fault.
     pub origin: Origin,
     /// Dotted path of the key; empty when the fault belongs to no key.
     pub key: String,
-    /// What is wrong.
+    /// Description of the fault.
     pub message: String,
 }
 
-/// Where a fault was written.
+/// Origin of a faulty value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// In a file or built-in scenario, at a line counted from one where one is known.
@@ -49,7 +49,7 @@ impl fmt::Display for ScenarioError {
 
 impl std::error::Error for ScenarioError {}
 
-/// The known name that is most like `unknown`, if any is like it.
+/// The known name most similar to `unknown`, if any is similar.
 pub(super) fn nearest<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     known
         .map(|known| (strsim::jaro_winkler(unknown, known), known))

@@ -1,4 +1,4 @@
-//! Where and how the vehicle starts. Angles are degrees here and nowhere further in.
+//! Initial state of the vehicle. Angles are in degrees here and nowhere further in.
 
 use glam::{DQuat, DVec3};
 use serde::Deserialize;

@@ -34,7 +34,7 @@ impl LoadedScenario {
         Self::parse(name, &text, changes)
     }
 
-    /// Reads a scenario from TOML; `name` is what errors call it.
+    /// Reads a scenario from TOML; errors name it `name`.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -52,8 +52,8 @@ impl LoadedScenario {
         Ok(loaded)
     }
 
-    /// Whether a scenario can be read after the changes: every field is known and of its type, but
-    /// may be out of its range.
+    /// Checks that a scenario can be read after the changes: every field is known and of its type, but may
+    /// be out of its range.
     ///
     /// # Errors
     /// Names file, line and key, or the change.
@@ -69,14 +69,14 @@ impl LoadedScenario {
         &self.scenario
     }
 
-    /// The same scenario under another name, which its results are called after.
+    /// The same scenario under another name, after which its results are named.
     #[must_use]
     pub fn renamed(mut self, name: &str) -> Self {
         name.clone_into(&mut self.scenario.name);
         self
     }
 
-    /// Its TOML, with the changes made.
+    /// Its TOML after the changes.
     #[must_use]
     pub fn text(&self) -> &str {
         self.text.effective()

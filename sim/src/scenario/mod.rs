@@ -1,4 +1,4 @@
-//! A scenario: everything that a flight depends on, read from TOML.
+//! Scenarios: everything that a flight depends on, read from TOML.
 //!
 //! `sil-host show NAME` prints a built-in one, whose comments explain every field.
 
@@ -32,30 +32,30 @@ use crate::plant::disturbance::DisturbanceConfig;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// Short name; files of results are called after it.
+    /// Short name, after which files of results are named; see [`check_name`].
     pub name: String,
-    /// What it shows, in a sentence or two.
+    /// Description in a sentence or two.
     pub description: String,
-    /// How long to fly (s).
+    /// Duration of the flight (s).
     pub duration: f64,
     /// Seed of every random number.
     pub seed: u64,
-    /// RK4 steps of the plant a control tick.
+    /// RK4 steps of the plant per control tick.
     pub plant_steps_per_tick: u32,
-    /// The true vehicle, which the controller does not know.
+    /// The true vehicle, unknown to the controller.
     pub vehicle: VehicleConfig,
-    /// What the rotors make of a command; absent: exactly it, at once.
+    /// Actuator dynamics; if absent, a command acts exactly and at once.
     #[serde(default)]
     pub actuation: ActuationConfig,
     /// State at the first tick.
     pub initial: InitialCondition,
-    /// What disturbs the vehicle.
+    /// Disturbance of the vehicle.
     pub disturbance: DisturbanceConfig,
-    /// Where to fly.
+    /// Reference trajectory.
     pub trajectory: TrajectoryConfig,
-    /// Who flies.
+    /// Controller.
     pub controller: ControllerConfig,
-    /// What the flight must achieve.
+    /// Required bounds of the flight.
     pub guarantees: GuaranteeConfig,
 }
 
@@ -82,15 +82,15 @@ impl Scenario {
         (self.duration / f64::from(self.controller.step_period())).round() as u64
     }
 
-    /// What the rotors make of a command, with the delay that the plant's steps give.
+    /// Actuator dynamics, with the delay rounded to the plant's steps.
     #[must_use]
     pub fn effective_actuation(&self) -> ActuationConfig {
         let period = f64::from(self.controller.step_period());
         self.actuation.in_steps_of(period / f64::from(self.plant_steps_per_tick))
     }
 
-    /// Where the true vehicle or the disturbance leaves the set that the controller is told, or does
-    /// not do as commanded: then the theorems promise nothing. One sentence each.
+    /// Violated assumptions of the theorems, one sentence each: a true parameter or disturbance outside the
+    /// set that the controller is given, or actuators that deviate from the command.
     #[must_use]
     pub fn broken_assumptions(&self) -> Vec<String> {
         validation::broken_assumptions(self)

@@ -1,4 +1,4 @@
-//! What serde cannot check: ranges of the harness's own fields, and the theorems' assumptions.
+//! Checks beyond the types of fields: ranges of the fields of the simulation, and the theorems' assumptions.
 
 use super::Scenario;
 use crate::guarantee::bounds::ThrustBounds;
@@ -25,8 +25,8 @@ pub(super) fn first_fault(scenario: &Scenario) -> Option<(&'static str, String)>
         .or_else(|| impossible_inertia(scenario).map(|message| ("vehicle.inertia", message)))
 }
 
-/// How far a moment of inertia may exceed the sum of the other two: measured values are rounded, and
-/// those of the paper's own vehicle exceed it by 0.92 %.
+/// Relative excess of a moment of inertia over the sum of the other two that is accepted: measured values
+/// are rounded, and those of the paper's own vehicle exceed it by 0.92 %.
 const INERTIA_TOLERANCE: f64 = 0.01;
 
 /// Principal moments of inertia that no rigid body has: one exceeds the sum of the other two.
@@ -36,7 +36,7 @@ fn impossible_inertia(scenario: &Scenario) -> Option<String> {
     (largest > (1.0 + INERTIA_TOLERANCE) * (sum - largest)).then(|| {
         let [x, y, z] = inertia.to_array();
         format!(
-            "no rigid body has [{x}, {y}, {z}]: each moment is at most the sum of the other two"
+            "no rigid body has [{x}, {y}, {z}] kg m^2: each moment must be at most the sum of the other two, within 1 %"
         )
     })
 }
@@ -146,32 +146,35 @@ pub(super) fn broken_assumptions(scenario: &Scenario) -> Vec<String> {
     broken
 }
 
-/// How the vehicle does otherwise than commanded.
+/// Deviations of the actuators from the command, one sentence each.
 fn unlike_the_command(scenario: &Scenario) -> Vec<String> {
     let (law, actuation) = (&scenario.controller, scenario.effective_actuation());
     let mut sentences = Vec::new();
-    let mut demand = |limit: Option<f32>, bound: f64, unit: &str| {
+    let mut require = |limit: Option<f32>, bound: f64, unit: &str| {
         if let Some(limit) = limit.map(f64::from).filter(|&limit| limit < bound) {
             let asked = if bound.is_finite() { number(bound) } else { "any".to_owned() };
             let given = number(limit);
-            sentences.push(format!("the rotors give {given} {unit}, the law may ask for {asked}"));
+            sentences.push(format!(
+                "the rotors are limited to {given} {unit}, the law may command {asked}"
+            ));
         }
     };
     if let Some(limits) = actuation.limits() {
         let thrust =
             law.thrust_upper_bound().min(law.thrust_max().map(f64::from).unwrap_or(f64::INFINITY));
-        demand(limits.thrust_max, thrust, "N of thrust");
-        demand(
+        require(limits.thrust_max, thrust, "N of thrust");
+        require(
             limits.torque_max,
             law.torque_max().map(f64::from).unwrap_or(f64::INFINITY),
-            "N m about an axis",
+            "N m per axis",
         );
     }
     let acting = |time: Option<f64>| time.filter(|&time| time > 0.0).map(number);
-    sentences.extend(acting(actuation.delay).map(|time| format!("commands act {time} s late")));
     sentences.extend(
-        acting(actuation.rotor_lag)
-            .map(|time| format!("thrust and torque lag behind the command by {time} s")),
+        acting(actuation.delay).map(|time| format!("commands act with a delay of {time} s")),
     );
+    sentences.extend(acting(actuation.rotor_lag).map(|time| {
+        format!("thrust and torque follow the command with a time constant of {time} s")
+    }));
     sentences
 }

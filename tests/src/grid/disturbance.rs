@@ -5,7 +5,7 @@ use sim::plant::disturbance::{Constant, DisturbanceConfig, Gust, Noise, Sinusoid
 
 use super::Case;
 
-/// What disturbs a flight of the grid.
+/// Disturbance of a flight of the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Nothing.

@@ -13,7 +13,7 @@ use super::limits::{Breach, Limits};
 /// Over the end of a flight of this length (s) a vehicle that is still far must come closer.
 pub const LAST_LEG: f64 = 50.0;
 
-/// What became of a flight.
+/// Result of a flight.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// The flight.
@@ -26,7 +26,7 @@ pub struct Outcome {
     pub fastest_turn: f64,
     /// Largest magnitude of a torque component (N m).
     pub torque: f64,
-    /// When the distance from the reference was last a metre or more (s).
+    /// Latest time at which the distance from the reference was a metre or more (s).
     pub last_far: f64,
     /// Largest errors after settling.
     pub settled: Errors,
@@ -60,7 +60,7 @@ impl Errors {
         }
     }
 
-    /// Whether none exceeds its bound.
+    /// `true` if none exceeds its bound.
     #[must_use]
     pub fn within(&self, bounds: &Self) -> bool {
         self.position <= bounds.position

@@ -12,7 +12,7 @@ use sim::scenario::{InitialCondition, VehicleConfig};
 use super::inertia::{between, rigid_body};
 use super::{Case, Kind, STEP_PERIODS};
 
-/// How far the starts go; mass and inertia go across the intervals that the controller is told.
+/// Extent of the starts; mass and inertia go across the intervals that the controller is told.
 #[derive(Clone, Copy, Debug)]
 pub struct Ranges {
     /// Angle between body z and world z (deg).

@@ -1,4 +1,4 @@
-//! What must hold at every tick: finite numbers, thrust, torque, estimates, no fault.
+//! Conditions at every tick: finite numbers, thrust, torque, estimates, no fault.
 
 use ctrl_core::controller::ControllerConfig;
 use ctrl_core::controller::{Estimates, StepStatus};
@@ -23,9 +23,9 @@ pub(super) struct Limits {
 /// A bound that did not hold at a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breach {
-    /// Which.
+    /// The condition.
     pub what: &'static str,
-    /// When (s).
+    /// Its time (s).
     pub time: f64,
 }
 
@@ -85,7 +85,7 @@ impl Limits {
     }
 }
 
-/// Whether `x` is in `set`, up to rounding; NaN is not.
+/// `true` if `x` is in `set`, up to rounding; NaN is not.
 fn inside(x: f64, set: Interval) -> bool {
     f64::from(set.lower) * (1.0 - ROUNDING) <= x && x <= f64::from(set.upper) * (1.0 + ROUNDING)
 }
@@ -112,7 +112,7 @@ mod tests {
         }
     }
 
-    /// What is wrong with the first tick of a built-in scenario once it is tampered with.
+    /// Condition that the first tick of a built-in scenario violates after it was tampered with.
     fn found(name: &str, tamper: impl FnOnce(&mut Tick)) -> Option<&'static str> {
         let scenario = Case::built_in(name).scenario;
         let mut last = Last(None);

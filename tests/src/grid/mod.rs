@@ -30,7 +30,7 @@ pub const STEP_PERIODS: [f32; 3] = [0.002, 0.001, 0.0005];
 pub struct Case {
     /// Everything the flight depends on.
     pub scenario: Scenario,
-    /// Which kind of disturbance acts.
+    /// Kind of the disturbance.
     pub disturbance: Kind,
 }
 
@@ -58,7 +58,7 @@ impl Case {
 }
 
 impl std::fmt::Display for Case {
-    /// What it takes to fly it again.
+    /// Everything that repeats the flight.
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Scenario { name, vehicle, initial, controller, seed, .. } = &self.scenario;
         write!(

@@ -11,12 +11,12 @@ use super::{Errors, LAST_LEG, Outcome, documented};
 const RETURN_SPEED_MIN: f64 = 0.3;
 
 impl Outcome {
-    /// Whether it is where the reference is.
+    /// `true` if it is where the reference is.
     fn arrived(&self, bounds: &Errors) -> bool {
         self.settled.position <= bounds.position
     }
 
-    /// Whether it has just arrived, or comes closer: fast enough, or by half while the last metres
+    /// `true` if it has just arrived, or comes closer: fast enough, or by half while the last metres
     /// take their exponential course.
     fn returns(&self, bounds: &Errors) -> bool {
         let [before, after] = self.last_leg;
@@ -24,7 +24,7 @@ impl Outcome {
         after <= bounds.position || before - after >= closer
     }
 
-    /// What is wrong with the flight, if anything. A flight `on_the_way` may end before it arrives.
+    /// The fault of the flight, if any. A flight `on_the_way` may end before it arrives.
     #[must_use]
     pub fn fault(&self, bounds: &Errors, on_the_way: bool) -> Option<String> {
         if let Some(breach) = self.breach {

@@ -1,4 +1,4 @@
-//! What both controllers share: steps 1 to 3, from position to the desired attitude.
+//! Common part of both controllers: steps 1 to 3, from position to the desired attitude.
 
 use glam::{DMat3, DVec3};
 
@@ -47,7 +47,7 @@ pub fn smooth_sign_value(x: DVec3, delta: f64) -> DVec3 {
     smooth_sign(jet(x, DVec3::ZERO, DVec3::ZERO), delta).value
 }
 
-/// What one pass knows of the motion: `v'`, `v''`, and the derivatives of `beta`.
+/// The motion as one pass knows it: `v'`, `v''`, and the derivatives of `beta`.
 #[derive(Clone, Copy, Default)]
 struct Known {
     v_dot: DVec3,

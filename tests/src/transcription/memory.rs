@@ -6,7 +6,7 @@ use super::Evaluation;
 use super::parameters::Gains;
 use super::rotation::Quaternion;
 
-/// What a law remembers. Fields of the other controller stay as they are.
+/// Memory of a law. Fields of the other controller stay as they are.
 #[derive(Clone, Copy, Debug)]
 pub struct Memory {
     /// `E2 = exp(-2 delta_1 t)`.

@@ -1,4 +1,4 @@
-//! What goes into a law: gains and known bounds, the vehicle's truth, one reference point.
+//! Inputs of a law: gains and known bounds, the vehicle's truth, one reference point.
 
 use glam::DVec3;
 use serde::Deserialize;

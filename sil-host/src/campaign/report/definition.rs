@@ -1,4 +1,4 @@
-//! What was varied, how, and what the bounds of the report therefore mean.
+//! Section on the varied values, their sampling, and the meaning of the report's bounds.
 
 use std::fmt::Write;
 
@@ -39,7 +39,7 @@ pub fn section(campaign: &Campaign) -> String {
     page + &settings(campaign)
 }
 
-/// What all runs share, and what each variant changes.
+/// Settings of all runs and of each variant.
 fn settings(campaign: &Campaign) -> String {
     let definition = campaign.definition();
     let mut page = String::new();
@@ -65,7 +65,7 @@ fn settings(campaign: &Campaign) -> String {
     page
 }
 
-/// How the values were chosen, and what the bounds on the failure probability mean for that.
+/// Explanation of the sampling and of the bounds on the failure probability under it.
 #[must_use]
 pub fn sampling(sampling: Sampling) -> &'static str {
     match sampling {

@@ -1,4 +1,4 @@
-//! What a count of violated runs says about the probability of a violation: the exact (conservative)
+//! Bounds on the probability of a violation from a count of violated runs: the exact (conservative)
 //! bounds of Clopper and Pearson, Biometrika 26 (1934) 404-413, as quantiles of beta distributions.
 
 use serde::Serialize;
@@ -43,7 +43,7 @@ fn lower(hits: u64, misses: u64, tail: f64) -> f64 {
     }
 }
 
-/// Where the distribution function of beta(`a`, `b`) reaches `probability`, to the last bit by
+/// Quantile of beta(`a`, `b`) at `probability`, to the last bit by
 /// bisection: the crate's own inverse is off by 1e-5 of the value after a million runs.
 fn quantile(a: f64, b: f64, probability: f64) -> f64 {
     let (mut below, mut above) = (0.0, 1.0);

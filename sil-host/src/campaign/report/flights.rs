@@ -1,11 +1,11 @@
-//! Which runs the report replays; they are flown again from their seeds.
+//! Runs that the report replays, flown again from their seeds.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::scan::Scan;
 use crate::campaign::{Campaign, CampaignError, MEASURES, Row};
-use crate::replay3d::{FrameRecorder, Track};
+use crate::replay3d::{ReplayRecorder, Track};
 
 /// Flights that are replayed, shared between the variants.
 const FLIGHTS: usize = 16;
@@ -21,20 +21,20 @@ pub struct Choice {
     pub variant: usize,
     /// Seed of the run.
     pub seed: u32,
-    /// Why it is shown.
+    /// Reasons for which it is shown.
     pub reasons: Vec<String>,
 }
 
 /// A run that was flown again.
 #[derive(Clone, Debug, Serialize)]
 pub struct Flight {
-    /// What to call it in a list.
+    /// Name in a list.
     pub name: String,
     /// Number of the variant.
     pub variant: usize,
     /// Seed of the run.
     pub seed: u32,
-    /// What was seen.
+    /// Recorded track.
     pub track: Track,
 }
 
@@ -106,7 +106,7 @@ fn fly_one(campaign: &Campaign, choice: &Choice) -> Result<Flight, CampaignError
     })?;
     let loaded = campaign.scenario(index, variant)?;
     let scenario = loaded.scenario();
-    let mut recorder = FrameRecorder::new(scenario.duration, FRAMES);
+    let mut recorder = ReplayRecorder::new(scenario.duration, FRAMES);
     loaded.flight()?.observe(scenario.ticks(), &mut recorder);
     let name = name(campaign, choice);
     Ok(Flight { name, variant: choice.variant, seed, track: Track::new(&recorder.finish()) })

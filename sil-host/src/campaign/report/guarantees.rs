@@ -68,7 +68,7 @@ fn row(guarantee: &Guarantee, tally: &Tally) -> String {
     )
 }
 
-/// What a reader must know to read the table right.
+/// Note on how to read the table.
 fn remarks(counts: &VariantScan) -> String {
     let mut page = String::new();
     let tallies = || counts.tallies.iter().flatten();

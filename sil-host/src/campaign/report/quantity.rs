@@ -1,10 +1,10 @@
-//! What a run has a number for: its varied values, its measures and its margins.
+//! Numeric quantities of a run: its varied values, its measures and its margins.
 
 use serde::Serialize;
 
 use crate::campaign::{Campaign, MEASURES, Row};
 
-/// Where a quantity comes from.
+/// Source of a quantity's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -16,14 +16,14 @@ pub enum Kind {
     Margin,
 }
 
-/// Something that a run has a number for.
+/// Numeric quantity of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Quantity {
-    /// What it is.
+    /// Name.
     pub name: String,
     /// Its unit; empty if it has none.
     pub unit: String,
-    /// Where it comes from.
+    /// Source of its values.
     pub kind: Kind,
     #[serde(skip)]
     number: usize,

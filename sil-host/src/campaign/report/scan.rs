@@ -47,7 +47,7 @@ pub struct VariantScan {
     pub outside: u64,
     /// Of these, runs that violated a guarantee.
     pub outside_violated: u64,
-    /// Why runs were refused: how many, and the seed of the first.
+    /// Reasons for which runs were refused: the number of runs, and the seed of the first.
     pub refusals: BTreeMap<String, (u64, u32)>,
     /// In the order of the campaign's guarantees; none where it does not apply.
     pub tallies: Vec<Option<Tally>>,

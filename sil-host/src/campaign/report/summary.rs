@@ -1,4 +1,4 @@
-//! What came out, in a few numbers.
+//! Summary of the results in a few numbers.
 
 use std::fmt::Write;
 

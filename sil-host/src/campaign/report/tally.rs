@@ -13,7 +13,7 @@ const KEPT: usize = 5;
 pub struct Tally {
     /// The bound in the run that the report looked it up in.
     pub requirement: Requirement,
-    /// Whether other runs have other bounds.
+    /// `true` if other runs have other bounds.
     pub varies: bool,
     /// Runs that were flown.
     pub runs: u64,
@@ -33,7 +33,7 @@ impl Tally {
         Self { requirement, varies: false, runs: 0, violated: 0, unobserved: 0, tightest }
     }
 
-    /// Whether it promises a bound; if not, its value is information.
+    /// `true` if it promises a bound; if not, its value is information.
     #[must_use]
     pub fn is_bound(&self) -> bool {
         self.requirement != Requirement::Information
@@ -54,7 +54,7 @@ impl Tally {
         self.tightest.push(Close { margin, observed: seen.observed, seed });
     }
 
-    /// What the counts say of the probability of a violation; none without runs.
+    /// Bounds on the probability of a violation; none without runs.
     #[must_use]
     pub fn probability(&self) -> Option<FailureProbability> {
         FailureProbability::observed(self.violated, self.runs)

@@ -38,7 +38,7 @@ impl Tightest {
         }
     }
 
-    /// Whether the tightest run stands out from those after it: not where all reach the same value,
+    /// `true` if the tightest run stands out from those after it: not where all reach the same value,
     /// as a saturated torque does.
     #[must_use]
     pub fn is_distinct(&self) -> bool {

@@ -9,9 +9,9 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use super::definition::Sampling;
 use permutation::permuted;
 
-/// What [`sobol_burley`] can do.
+/// Largest number of runs that [`sobol_burley`] supports.
 pub const SOBOL_RUNS_MAX: u32 = 1 << 16;
-/// What [`sobol_burley`] can do.
+/// Largest number of dimensions that [`sobol_burley`] supports.
 pub const SOBOL_DIMENSIONS_MAX: u32 = sobol_burley::NUM_DIMENSIONS;
 
 /// Coordinates of one run.

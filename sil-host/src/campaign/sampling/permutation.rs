@@ -1,15 +1,15 @@
 //! A permutation of `0..n` that can be asked for a single element: nothing is stored.
 //!
-//! A Feistel network permutes the numbers of an even count of bits that cover `n`; whoever lands
-//! outside `0..n` walks on along the cycle until it is inside, which keeps the map one-to-one. The
-//! cover is less than four times `n`, so the walk takes less than four steps in the mean.
+//! A Feistel network permutes the numbers of an even count of bits that cover `n`; a result
+//! outside `0..n` is permuted again until it is inside (cycle walking), which keeps the map one-to-one.
+//! The cover is less than four times `n`, so this takes less than four steps in the mean.
 
 use super::hash;
 
 /// Enough that neither half of a number can be guessed from the other.
 const ROUNDS: u64 = 6;
 
-/// Where `index`, below `n`, goes in the permutation that `key` chooses.
+/// Image of `index`, below `n`, under the permutation that `key` chooses.
 pub(super) fn permuted(index: u32, n: u32, key: u64) -> u32 {
     debug_assert!(index < n);
     let bits = (u32::BITS - n.saturating_sub(1).leading_zeros()).div_ceil(2).max(1);

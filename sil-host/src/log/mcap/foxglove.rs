@@ -1,4 +1,4 @@
-//! Foxglove's well-known messages: what its 3-D and log panels, and Rerun's, know without being told.
+//! Foxglove's well-known messages, which its 3-D and log panels, and Rerun's, display without configuration.
 //!
 //! Each message stands beside its schema; the tests hold the schemas against Foxglove's own package.
 
@@ -53,7 +53,7 @@ pub struct Pose {
 /// A pose at a time.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct PoseInFrame {
-    /// When.
+    /// Time.
     #[prost(message, optional, tag = "1")]
     pub timestamp: Option<Timestamp>,
     /// Axes of the pose.
@@ -67,7 +67,7 @@ pub struct PoseInFrame {
 /// Many poses at a time: a path.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct PosesInFrame {
-    /// When.
+    /// Time.
     #[prost(message, optional, tag = "1")]
     pub timestamp: Option<Timestamp>,
     /// Axes of the poses.
@@ -78,16 +78,16 @@ pub struct PosesInFrame {
     pub poses: Vec<Pose>,
 }
 
-/// Where one frame is in another.
+/// Pose of one frame in another.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct FrameTransform {
-    /// When.
+    /// Time.
     #[prost(message, optional, tag = "1")]
     pub timestamp: Option<Timestamp>,
-    /// The frame that stands.
+    /// The fixed frame.
     #[prost(string, tag = "2")]
     pub parent_frame_id: String,
-    /// The frame that moves in it.
+    /// The moving frame.
     #[prost(string, tag = "3")]
     pub child_frame_id: String,
     /// Origin of the child in the parent (m).
@@ -101,7 +101,7 @@ pub struct FrameTransform {
 /// A line of text.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Log {
-    /// When.
+    /// Time.
     #[prost(message, optional, tag = "1")]
     pub timestamp: Option<Timestamp>,
     /// [`INFO`], [`WARNING`], [`ERROR`].
@@ -110,7 +110,7 @@ pub struct Log {
     /// The text.
     #[prost(string, tag = "3")]
     pub message: String,
-    /// Who says it.
+    /// Name of the source.
     #[prost(string, tag = "4")]
     pub name: String,
 }

@@ -19,15 +19,16 @@ use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::{Attachment, McapError, WriteOptions};
 use prost_types::Timestamp;
 
-use super::Writer;
 use super::description::{Description, VERSION};
 use super::moment::{Moment, nanoseconds, reference_attitude};
 use super::note::{Level, Note};
-use super::topics::{PREFIX, TOPICS};
+use super::{PREFIX, Writer};
+use sim::quantity::{TOPICS, Topic};
+
 use foxglove::{FrameTransform, Log, Pose, PoseInFrame, PosesInFrame};
 use schema::File;
 
-/// The frame that stands: x east, y north, z up.
+/// The fixed frame: x east, y north, z up.
 const WORLD: &str = "world";
 /// The frame of the vehicle: x forward, y left, z up.
 const VEHICLE: &str = "vehicle";
@@ -48,7 +49,7 @@ pub struct McapWriter<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> McapWriter<W> {
-    /// Writes all that comes before the first message; `out` should be buffered.
+    /// Writes everything before the first message; `out` should be buffered.
     ///
     /// # Errors
     /// When `out` fails.
@@ -69,7 +70,7 @@ impl<W: Write + Seek> McapWriter<W> {
         Ok(writer)
     }
 
-    /// The path ahead, once, at the start.
+    /// Writes the whole reference path, once, at the start.
     fn path(&mut self, channel: u16, description: &Description) -> io::Result<()> {
         let poses = description.path.iter();
         let poses = poses.map(|it| Pose::new(it.position_world.as_dvec3(), reference_attitude(it)));
@@ -107,7 +108,7 @@ impl<W: Write + Seek> McapWriter<W> {
 }
 
 impl<W: Write + Seek> Writer for McapWriter<W> {
-    fn moment(&mut self, moment: &Moment<'_>) -> io::Result<()> {
+    fn moment(&mut self, moment: &Moment) -> io::Result<()> {
         let time = nanoseconds(moment.tick.time);
         let stamp = timestamp(time);
         let (truth, reference) = (&moment.tick.truth, &moment.tick.reference);
@@ -125,7 +126,7 @@ impl<W: Write + Seek> Writer for McapWriter<W> {
         self.pose(self.reference, time, wanted)?;
         for (index, topic) in TOPICS.iter().enumerate() {
             self.buffer.clear();
-            own::encode(&mut self.buffer, topic, &stamp, moment);
+            own::encode(&mut self.buffer, topic, &stamp, &moment.tick);
             self.write_out(self.own[index], time)?;
         }
         Ok(())
@@ -159,7 +160,7 @@ impl<W: Write + Seek> fmt::Debug for McapWriter<W> {
     }
 }
 
-/// What is known before the flight, as metadata, and the scenario as an attachment.
+/// Writes the facts known before the flight as metadata, and the scenario as an attachment.
 fn describe<W: Write + Seek>(
     file: &mut ::mcap::Writer<W>,
     description: &Description,
@@ -201,12 +202,12 @@ fn known<W: Write + Seek>(
 
 /// Channels for our own topics, in their order; units and meaning are metadata, by field.
 fn own_channels<W: Write + Seek>(file: &mut ::mcap::Writer<W>) -> Result<Vec<u16>, McapError> {
-    let channel = |topic: &&super::topic::Topic| {
+    let channel = |topic: &Topic| {
         let (name, schema) = own::schema(topic);
         let id = file.add_schema(&name, PROTOBUF, &schema)?;
-        let fields = topic.fields.iter().flat_map(|field| {
-            let key = |kind| format!("{kind}.{}", field.name);
-            [(key("unit"), field.unit.to_owned()), (key("what"), field.what.to_owned())]
+        let fields = topic.quantities.iter().flat_map(|quantity| {
+            let key = |kind| format!("{kind}.{}", quantity.field);
+            [(key("unit"), quantity.unit.to_owned()), (key("what"), quantity.meaning.to_owned())]
         });
         file.add_channel(id, &format!("/{PREFIX}/{}", topic.name), PROTOBUF, &fields.collect())
     };

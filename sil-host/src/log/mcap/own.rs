@@ -1,4 +1,4 @@
-//! Our own topics as protobuf messages: the time, then the fields in the order of the table.
+//! The table of quantities as protobuf messages, one per topic: the time, then the topic's quantities.
 
 use glam::Vec3;
 use prost::encoding;
@@ -6,9 +6,9 @@ use prost_types::Timestamp;
 use prost_types::field_descriptor_proto::Type;
 
 use super::schema::{File, Kind, Member, STAMP, TIME};
-use crate::log::moment::Moment;
-use crate::log::topic::{Topic, Value};
-use crate::log::topics::PREFIX;
+use crate::log::PREFIX;
+use sim::quantity::{Quantity, Topic, Value, scalar_first};
+use sim::tick::Tick;
 
 /// Number of a topic's first field; the time is 1.
 const FIRST: u32 = 2;
@@ -64,8 +64,8 @@ pub fn schema(topic: &Topic) -> (String, Vec<u8>) {
     let mut letters = topic.name.chars();
     let message: String =
         letters.next().iter().flat_map(|c| c.to_uppercase()).chain(letters).collect();
-    let numbered = (FIRST as i32..).zip(topic.fields);
-    let fields = numbered.map(|(number, field)| Member(field.name, number, kind(field.value)));
+    let numbered = (FIRST as i32..).zip(topic.quantities);
+    let fields = numbered.map(|(number, quantity)| Member(quantity.field, number, kind(quantity)));
     let members: Vec<_> = [STAMP].into_iter().chain(fields).collect();
     let path = format!("{PREFIX}/{}.proto", topic.name);
     let imports = &[&VECTOR3, &QUATERNION, &TIME];
@@ -73,10 +73,10 @@ pub fn schema(topic: &Topic) -> (String, Vec<u8>) {
     (file.full_name(), file.schema())
 }
 
-fn kind(value: Value) -> Kind<'static> {
-    match value {
-        Value::Float(_) => FLOAT,
-        Value::Double(_) => Kind::Plain(Type::Double),
+fn kind(quantity: &Quantity) -> Kind<'static> {
+    match quantity.value {
+        Value::Single(_) => FLOAT,
+        Value::Double(_) | Value::Time(_) => Kind::Plain(Type::Double),
         Value::Vector(_) => Kind::Message(".gyrfalcon.Vector3"),
         Value::Quaternion(_) => Kind::Message(".gyrfalcon.Quaternion"),
         Value::Count(_) => Kind::Plain(Type::Uint64),
@@ -85,22 +85,24 @@ fn kind(value: Value) -> Kind<'static> {
 }
 
 /// Appends a topic's message at `time` to `out`.
-pub fn encode(out: &mut Vec<u8>, topic: &Topic, time: &Timestamp, moment: &Moment<'_>) {
+pub fn encode(out: &mut Vec<u8>, topic: &Topic, time: &Timestamp, tick: &Tick) {
     encoding::message::encode(1, time, out);
-    for (number, field) in (FIRST..).zip(topic.fields) {
-        match field.value {
-            Value::Float(read) => encoding::float::encode(number, &read(moment), out),
-            Value::Double(read) => encoding::double::encode(number, &read(moment), out),
+    for (number, quantity) in (FIRST..).zip(topic.quantities) {
+        match quantity.value {
+            Value::Single(read) => encoding::float::encode(number, &read(tick), out),
+            Value::Double(read) | Value::Time(read) => {
+                encoding::double::encode(number, &read(tick), out)
+            }
             Value::Vector(read) => {
-                let Vec3 { x, y, z } = read(moment);
+                let Vec3 { x, y, z } = read(tick);
                 encoding::message::encode(number, &Vector3 { x, y, z }, out);
             }
             Value::Quaternion(read) => {
-                let [w, x, y, z] = read(moment);
+                let [w, x, y, z] = scalar_first(read(tick));
                 encoding::message::encode(number, &Quaternion { w, x, y, z }, out);
             }
-            Value::Count(read) => encoding::uint64::encode(number, &read(moment), out),
-            Value::Bits(read) => encoding::uint32::encode(number, &read(moment).into(), out),
+            Value::Count(read) => encoding::uint64::encode(number, &read(tick), out),
+            Value::Bits(read) => encoding::uint32::encode(number, &read(tick).into(), out),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Schemas as protobuf wants them: descriptors of files, with those of everything they import.
+//! Schemas in protobuf's form: descriptors of files, with those of everything they import.
 
 use prost::Message as _;
 use prost_types::field_descriptor_proto::{Label, Type};

@@ -1,5 +1,5 @@
-//! What a file holds, read back by the library that wrote it; other readers are tried in
-//! `tests/tests/logs.rs`.
+//! Contents of a file, read back by the library that wrote it; `sil-host/tests/log_readers.rs` tries other
+//! readers.
 
 use std::io::Cursor;
 
@@ -27,7 +27,7 @@ fn file(samples: &[Tick]) -> Vec<u8> {
     let [_, law] = both(1e-3);
     for tick in samples {
         let tick = Evaluator::new(&law, &BODY).evaluated(tick);
-        let moment = Moment { tick: &tick, bounds: &description.bounds };
+        let moment = Moment { tick, bounds: description.bounds };
         writer.moment(&moment).unwrap();
     }
     let note = Note { time: 1.5, level: Level::Warning, text: "sign flipped".to_owned() };
@@ -59,15 +59,15 @@ fn the_pose_is_the_truth_in_our_own_axes() {
     let tick = turned();
     let file = file(&[tick]);
     let (time, bytes) = latest(&file, "/vehicle/pose");
-    let said = PoseInFrame::decode(&*bytes).unwrap();
+    let read = PoseInFrame::decode(&*bytes).unwrap();
     assert_eq!(time, 1_250_000_000);
-    assert_eq!(said.timestamp, Some(Timestamp { seconds: 1, nanos: 250_000_000 }));
-    assert_eq!(said.frame_id, "world");
+    assert_eq!(read.timestamp, Some(Timestamp { seconds: 1, nanos: 250_000_000 }));
+    assert_eq!(read.frame_id, "world");
     let (position, attitude) = (tick.truth.position_world, tick.truth.attitude);
-    assert_eq!(said.pose, Some(Pose::new(position, attitude)));
-    let said = FrameTransform::decode(&*latest(&file, "/tf").1).unwrap();
-    assert_eq!((said.parent_frame_id, said.child_frame_id), ("world".into(), "vehicle".into()));
-    assert_eq!((said.translation, said.rotation), (Some(position.into()), Some(attitude.into())));
+    assert_eq!(read.pose, Some(Pose::new(position, attitude)));
+    let read = FrameTransform::decode(&*latest(&file, "/tf").1).unwrap();
+    assert_eq!((read.parent_frame_id, read.child_frame_id), ("world".into(), "vehicle".into()));
+    assert_eq!((read.translation, read.rotation), (Some(position.into()), Some(attitude.into())));
 }
 
 #[test]
@@ -96,12 +96,12 @@ fn our_topics_have_the_table_s_fields_by_number() {
         torque: Option<own::Vector3>,
     }
     let tick = turned();
-    let said = Wrench::decode(&*latest(&file(&[tick]), "/gyrfalcon/wrench").1).unwrap();
+    let read = Wrench::decode(&*latest(&file(&[tick]), "/gyrfalcon/wrench").1).unwrap();
     let torque = tick.output.wrench.torque_body;
     let vector = own::Vector3 { x: torque.x, y: torque.y, z: torque.z };
-    assert_eq!((said.thrust, said.torque), (6.5, Some(vector)));
-    assert_eq!(said.timestamp, Some(Timestamp { seconds: 1, nanos: 250_000_000 }));
-    assert!(said.torque_demand.is_some());
+    assert_eq!((read.thrust, read.torque), (6.5, Some(vector)));
+    assert_eq!(read.timestamp, Some(Timestamp { seconds: 1, nanos: 250_000_000 }));
+    assert!(read.torque_demand.is_some());
 }
 
 #[test]
@@ -125,9 +125,9 @@ fn every_schema_brings_all_that_it_imports() {
 
 #[test]
 fn notes_are_foxglove_s_log_messages() {
-    let said = Log::decode(&*latest(&file(&[]), "/log").1).unwrap();
-    assert_eq!(foxglove::LEVELS[said.level as usize], "WARNING");
-    assert_eq!((&*said.message, &*said.name), ("sign flipped", "gyrfalcon"));
+    let read = Log::decode(&*latest(&file(&[]), "/log").1).unwrap();
+    assert_eq!(foxglove::LEVELS[read.level as usize], "WARNING");
+    assert_eq!((&*read.message, &*read.name), ("sign flipped", "gyrfalcon"));
 }
 
 #[test]

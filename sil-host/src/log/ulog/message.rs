@@ -9,7 +9,7 @@ pub const MAGIC: [u8; 8] = [b'U', b'L', b'o', b'g', 0x01, 0x12, 0x35, 1];
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
-    /// Which newer parts of the format are in use: none.
+    /// Flags of newer parts of the format: none is in use.
     FlagBits = b'B',
     /// Names and types of a topic's fields.
     Format = b'F',

@@ -1,4 +1,4 @@
-//! ULog, PX4's log format: our topics beside PX4's own, gains as parameters, notes as messages.
+//! ULog, PX4's log format: our topics and PX4's own, gains as parameters, notes as messages.
 //!
 //! Written from PX4's description of the file format: a header; definitions (flag bits, formats,
 //! facts, parameters); then subscriptions, data and messages in the order of time. Topics are ordered
@@ -14,10 +14,9 @@ use std::io::{self, Write};
 use super::description::{Description, VERSION};
 use super::moment::{Moment, microseconds};
 use super::note::{Level, Note};
-use super::topic::{Field, Topic, Value};
-use super::topics::{PREFIX, TOPICS};
-use super::{Writer, px4};
+use super::{PREFIX, Writer, px4};
 use message::{Kind, MAGIC, key, message};
+use sim::quantity::{Quantity, TOPICS, Value, scalar_first};
 
 /// Most bytes of text in one part of a fact.
 const PART: usize = 1 << 15;
@@ -30,22 +29,37 @@ pub struct UlogWriter<W: Write> {
     topics: Vec<Subscribed>,
 }
 
-/// A topic with the name that it has in the file.
+/// A topic with its name in the file.
 #[derive(Debug)]
 struct Subscribed {
     name: String,
-    topic: &'static Topic,
+    fields: Fields,
+}
+
+/// Fields of a topic.
+#[derive(Clone, Copy, Debug)]
+enum Fields {
+    /// Of the table of quantities.
+    Own(&'static [Quantity]),
+    /// Of PX4.
+    Px4(&'static [px4::Field]),
 }
 
 impl<W: Write> UlogWriter<W> {
-    /// Writes all that comes before the first data; `out` should be buffered.
+    /// Writes everything before the first data; `out` should be buffered.
     ///
     /// # Errors
     /// When `out` fails, or a text of the description is longer than ULog can hold.
     pub fn new(out: W, description: &Description) -> io::Result<Self> {
-        let own = TOPICS.iter().map(|topic| (format!("{PREFIX}_{}", topic.name), *topic));
-        let known = px4::topics(&description.bounds).map(|topic| (topic.name.to_owned(), topic));
-        let topics = known.chain(own).map(|(name, topic)| Subscribed { name, topic }).collect();
+        let own = TOPICS.iter().map(|topic| Subscribed {
+            name: format!("{PREFIX}_{}", topic.name),
+            fields: Fields::Own(topic.quantities),
+        });
+        let known = px4::topics(&description.bounds).map(|topic| Subscribed {
+            name: topic.name.to_owned(),
+            fields: Fields::Px4(topic.fields),
+        });
+        let topics = known.chain(own).collect();
         let mut writer = Self { out, buffer: Vec::new(), topics };
         writer.buffer.extend(MAGIC);
         writer.buffer.extend(0_u64.to_le_bytes()); // start [us]
@@ -60,8 +74,11 @@ impl<W: Write> UlogWriter<W> {
 
     fn formats(&mut self) -> io::Result<()> {
         let Self { buffer, topics, .. } = self;
-        topics.iter().try_for_each(|Subscribed { name, topic }| {
-            let fields: String = topic.fields.iter().map(declaration).collect();
+        topics.iter().try_for_each(|Subscribed { name, fields }| {
+            let fields: String = match fields {
+                Fields::Own(fields) => fields.iter().map(declaration).collect(),
+                Fields::Px4(fields) => fields.iter().map(declaration).collect(),
+            };
             let format = format!("{name}:uint64_t timestamp;{fields}");
             message(buffer, Kind::Format, |body| body.extend_from_slice(format.as_bytes()))
         })
@@ -128,13 +145,16 @@ impl<W: Write> UlogWriter<W> {
 }
 
 impl<W: Write + fmt::Debug> Writer for UlogWriter<W> {
-    fn moment(&mut self, moment: &Moment<'_>) -> io::Result<()> {
+    fn moment(&mut self, moment: &Moment) -> io::Result<()> {
         let time = microseconds(moment.tick.time);
         for (id, subscribed) in (0_u16..).zip(&self.topics) {
             message(&mut self.buffer, Kind::Data, |body| {
                 body.extend(id.to_le_bytes());
                 body.extend(time.to_le_bytes());
-                subscribed.topic.fields.iter().for_each(|field| put(body, field.value, moment));
+                match subscribed.fields {
+                    Fields::Own(fields) => fields.iter().for_each(|it| put(body, it, &moment.tick)),
+                    Fields::Px4(fields) => fields.iter().for_each(|it| put(body, it, moment)),
+                }
             })?;
         }
         self.write_out()
@@ -159,35 +179,43 @@ impl<W: Write + fmt::Debug> Writer for UlogWriter<W> {
     }
 }
 
-/// A field as a format declares it.
-fn declaration(field: &Field) -> String {
+/// Declaration of a field in a format.
+fn declaration<I>(field: &Quantity<I>) -> String {
     let kind = match field.value {
-        Value::Float(_) => "float",
+        Value::Single(_) => "float",
         Value::Double(_) => "double",
         Value::Vector(_) => "float[3]",
         Value::Quaternion(_) => "float[4]",
-        Value::Count(_) => "uint64_t",
+        Value::Time(_) | Value::Count(_) => "uint64_t",
         Value::Bits(_) => "uint16_t",
     };
-    format!("{kind} {};", field.name)
+    format!("{kind} {};", field.field)
 }
 
 /// A topic's fields with their units, `name [unit]` each.
-fn units(Subscribed { name, topic }: &Subscribed) -> String {
-    let fields = topic.fields.iter().map(|field| format!("{} [{}]", field.name, field.unit));
-    format!("{name}: {}", fields.collect::<Vec<_>>().join(", "))
+fn units(Subscribed { name, fields }: &Subscribed) -> String {
+    let fields: Vec<_> = match fields {
+        Fields::Own(fields) => fields.iter().map(with_unit).collect(),
+        Fields::Px4(fields) => fields.iter().map(with_unit).collect(),
+    };
+    format!("{name}: {}", fields.join(", "))
 }
 
-/// The bytes of a value.
-fn put(out: &mut Vec<u8>, value: Value, moment: &Moment<'_>) {
+fn with_unit<I>(field: &Quantity<I>) -> String {
+    format!("{} [{}]", field.field, field.unit)
+}
+
+/// Appends the bytes of a field; times are in microseconds.
+fn put<I>(out: &mut Vec<u8>, field: &Quantity<I>, input: &I) {
     let mut floats = |values: &[f32]| out.extend(values.iter().flat_map(|x| x.to_le_bytes()));
-    match value {
-        Value::Float(read) => floats(&[read(moment)]),
-        Value::Vector(read) => floats(&read(moment).to_array()),
-        Value::Quaternion(read) => floats(&read(moment)),
-        Value::Double(read) => out.extend(read(moment).to_le_bytes()),
-        Value::Count(read) => out.extend(read(moment).to_le_bytes()),
-        Value::Bits(read) => out.extend(read(moment).to_le_bytes()),
+    match field.value {
+        Value::Single(read) => floats(&[read(input)]),
+        Value::Vector(read) => floats(&read(input).to_array()),
+        Value::Quaternion(read) => floats(&scalar_first(read(input))),
+        Value::Double(read) => out.extend(read(input).to_le_bytes()),
+        Value::Time(read) => out.extend(microseconds(read(input)).to_le_bytes()),
+        Value::Count(read) => out.extend(read(input).to_le_bytes()),
+        Value::Bits(read) => out.extend(read(input).to_le_bytes()),
     }
 }
 

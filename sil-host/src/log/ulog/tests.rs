@@ -111,7 +111,7 @@ fn north(law: &ControllerConfig) -> Tick {
 fn data_are_number_time_and_fields_little_endian() {
     let [_, law] = both(1e-3);
     let tick = Evaluator::new(&law, &VEHICLE).evaluated(&north(&law));
-    let moment = Moment { tick: &tick, bounds: &BOUNDS };
+    let moment = Moment { tick, bounds: BOUNDS };
     let file = written(|writer| writer.moment(&moment).unwrap());
     let messages = messages(&file);
     let data: Vec<_> = messages.iter().filter(|message| message.0 == b'D').collect();

@@ -1,4 +1,4 @@
-//! What V may do from one tick to the next: the theorem's decrease, plus every perturbation of it.
+//! Balance of V from one tick to the next: the theorem's decrease, plus every perturbation of it.
 //!
 //! ```text
 //! V[k+1] - V[k] <= dt (-W + rho_d + rho_v) + A
@@ -41,9 +41,9 @@ pub struct Balance {
     pub smoothing: f64,
     /// `rho_v`: model-based `v'`, and everything else that `w_d` and `mu'` leave out (1/s).
     pub model: f64,
-    /// `A_h`: what holding the wrench over the tick may add.
+    /// `A_h`: bound of the effect of holding the wrench over the tick.
     pub hold: f64,
-    /// `A_r`: what rounding to `f32` may add.
+    /// `A_r`: bound of the effect of rounding to `f32`.
     pub rounding: f64,
 }
 
@@ -110,7 +110,7 @@ fn smoothing(p: &Parameters, now: &Evaluation) -> f64 {
     3.0 * SMOOTHING * (p.c * p.d1 * now.delta.0.value + p.d2 * inverse_inertia * now.delta.1.value)
 }
 
-/// What a parameter error does when its adaptation is switched off.
+/// Effect of a parameter error whose adaptation is switched off.
 fn unadapted(p: &Parameters, tick: &Tick, now: &Evaluation) -> f64 {
     let w = tick.truth.rate_body;
     let mut left = 0.0;
@@ -136,7 +136,7 @@ fn unadapted(p: &Parameters, tick: &Tick, now: &Evaluation) -> f64 {
     left
 }
 
-/// How the vehicle moved over the tick.
+/// Motion of the vehicle over the tick.
 struct Motion {
     velocity_error_change: DVec3,
     rate_change: DVec3,

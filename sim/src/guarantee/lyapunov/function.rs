@@ -1,4 +1,4 @@
-//! V and what surrounds it at one tick.
+//! V and its ingredients at one tick.
 
 use ctrl_core::controller::StepStatus;
 use glam::DVec3;
@@ -10,8 +10,8 @@ use crate::plant::PlantParameters;
 use crate::tick::Tick;
 use ctrl_core::controller::ControllerConfig;
 
-/// Steps after which the proof does not speak about the next one: the law was not evaluated as
-/// written, or a sign or an axis jumped.
+/// Status of steps whose following tick the proof does not cover: the law was not evaluated as written,
+/// or a sign or an axis jumped.
 pub(super) const OUTSIDE_THE_PROOF: StepStatus = StepStatus::FAULT
     .union(StepStatus::ATTITUDE_RENORMALISED)
     .union(StepStatus::REFERENCE_CLIPPED)
@@ -120,7 +120,7 @@ impl Evaluator {
     }
 }
 
-/// The part of V that position, velocity, attitude and rate make up.
+/// The part of V due to position, velocity, attitude and rate.
 fn state_part(p: &Parameters, evaluation: &Evaluation) -> f64 {
     let error = evaluation.attitude_error;
     // 1 - eta = |eps|^2/(1 + eta) keeps its digits near the identity.
@@ -130,7 +130,7 @@ fn state_part(p: &Parameters, evaluation: &Evaluation) -> f64 {
     p.c * evaluation.translation.potential + 2.0 * attitude + 0.5 * rate.dot(p.rate_weight() * rate)
 }
 
-/// The part of V that the estimates make up.
+/// The part of V due to the estimates.
 fn parameter_part(p: &Parameters, evaluation: &Evaluation, ratio: DVec3) -> f64 {
     let over = |square: f64, gamma: f64| if gamma > 0.0 { 0.5 * square / gamma } else { 0.0 };
     let mass = over(evaluation.inverse_mass_error.powi(2), p.gamma1);
@@ -163,7 +163,7 @@ fn increments(p: &Parameters, evaluation: &Evaluation, tick: &Tick) -> Increment
 }
 
 impl Parameters {
-    /// What weighs `w_e` in V: `J` for controller 1, the identity for controller 2.
+    /// Weight of `w_e` in V: `J` for controller 1, the identity for controller 2.
     pub(super) fn rate_weight(&self) -> DVec3 {
         if self.saturated.is_some() { DVec3::ONE } else { self.inertia }
     }
@@ -173,7 +173,7 @@ impl Parameters {
         (self.inertia * w).cross(w) / self.inertia * self.rate_weight()
     }
 
-    /// What `a_hat` or `theta_hat` estimates.
+    /// The true value of `a_hat` or `theta_hat`.
     fn inertia_parameter(&self) -> DVec3 {
         self.saturated.map_or(self.inertia, |saturated| saturated.inverse_inertia)
     }

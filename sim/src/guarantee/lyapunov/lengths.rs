@@ -1,4 +1,4 @@
-//! Lengths that the balance needs more than once, each taken once a tick.
+//! Lengths that the balance needs more than once, each computed once per tick.
 
 use glam::{DQuat, DVec3};
 

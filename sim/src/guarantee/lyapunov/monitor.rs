@@ -1,4 +1,4 @@
-//! The guarantee on V: it obeys the balance at every tick, and falls outside its ultimate set.
+//! The guarantee on V: it obeys the balance at every tick, and decreases outside its ultimate set.
 
 use super::balance::{Balance, balance};
 use super::function::OUTSIDE_THE_PROOF;
@@ -11,12 +11,13 @@ use crate::plant::actuation::{ActuationConfig, Limits};
 use crate::tick::Tick;
 use ctrl_core::controller::ControllerConfig;
 
-/// Watches V over a flight.
+/// Monitor of V over a flight.
 #[derive(Clone, Debug)]
 pub struct LyapunovMonitor {
     parameters: Parameters,
     window_length: f64,
-    /// Whether what acts is the command, where the rotors can give it; else nothing is promised of V.
+    /// `true` if a command within the rotor limits acts at once and exactly; otherwise nothing is guaranteed
+    /// of V.
     is_prompt: bool,
     limits: Option<Limits>,
     previous: Option<Tick>,
@@ -27,7 +28,7 @@ pub struct LyapunovMonitor {
     model: Extreme,
     start: Extreme,
     latest: Extreme,
-    left_out: Extreme,
+    excluded: Extreme,
     /// Time in windows over which V had to fall (s).
     outside: f64,
 }
@@ -65,15 +66,15 @@ impl LyapunovMonitor {
             model: none,
             start: none,
             latest: none,
-            left_out: Extreme::at(0.0, 0.0),
+            excluded: Extreme::at(0.0, 0.0),
             outside: 0.0,
         }
     }
 
-    /// Whether the proof does not speak about the tick after this one.
+    /// `true` if the proof does not cover the tick after this one.
     #[inline]
-    fn leaves_out(&self, tick: &Tick) -> bool {
-        let cut = |limits: Limits| self.is_prompt && limits.cut(&tick.output.wrench);
+    fn excludes(&self, tick: &Tick) -> bool {
+        let cut = |limits: Limits| self.is_prompt && limits.cuts(&tick.output.wrench);
         tick.output.status.intersects(OUTSIDE_THE_PROOF) || self.limits.is_some_and(cut)
     }
 
@@ -104,9 +105,9 @@ impl Observer for LyapunovMonitor {
     fn observe(&mut self, tick: &Tick) {
         let evaluation = &tick.evaluation;
         if let Some(before) = &self.previous {
-            if self.leaves_out(before) {
-                let count = self.left_out.value().unwrap_or(0.0) + 1.0;
-                self.left_out = Extreme::at(count, tick.time);
+            if self.excludes(before) {
+                let count = self.excluded.value().unwrap_or(0.0) + 1.0;
+                self.excluded = Extreme::at(count, tick.time);
                 self.window = Window::default();
             } else {
                 let balance = balance(&self.parameters, before, tick);
@@ -124,7 +125,7 @@ impl Monitor for LyapunovMonitor {
     fn verdicts(&self) -> Vec<Verdict> {
         let info = Requirement::Information;
         let zero = Requirement::AtMost(0.0);
-        // Without a tick on which the vehicle did as commanded there is nothing to judge.
+        // Without a tick on which the command acted exactly there is nothing to judge.
         let is_judged = self.is_prompt && (self.limits.is_none() || self.excess.value().is_some());
         let balanced = if is_judged { zero } else { info };
         let weather = if self.disturbance.value().is_some() { zero } else { balanced };
@@ -136,14 +137,14 @@ impl Monitor for LyapunovMonitor {
         let falls = if self.outside > 0.0 { balanced } else { info };
         let outside = Extreme::at(self.outside, self.latest.time().unwrap_or_default());
         vec![
-            row("V rises beyond its balance, at worst", "1/s", balanced, self.excess),
-            row("V rises over a window outside its ultimate set", "-", falls, self.rise),
+            row("Lyapunov balance residual, largest", "1/s", balanced, self.excess),
+            row("increase of V over a window outside its ultimate set", "-", falls, self.rise),
             row("disturbance term of V' less its bound", "1/s", weather, self.disturbance),
             row("time outside the ultimate set", "s", info, outside),
             row("V at the start", "-", info, self.start),
             row("V at the end", "-", info, self.latest),
             row("perturbation of V' by the model-based v', peak", "1/s", info, self.model),
-            row("ticks that the balance leaves out", "ticks", info, self.left_out),
+            row("ticks excluded from the balance check", "ticks", info, self.excluded),
         ]
     }
 }

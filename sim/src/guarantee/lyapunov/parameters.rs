@@ -1,4 +1,4 @@
-//! Gains and bounds of a law in `f64`, and the truth that it does not know.
+//! Gains and bounds of a law in `f64`, and the true parameters of the vehicle.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use crate::evaluation::Width;
 use crate::plant::PlantParameters;
 use ctrl_core::controller::ControllerConfig;
 
-/// What the Lyapunov function of one law on one vehicle is made of; symbols as in the theory.
+/// Constants of the Lyapunov function of one law on one vehicle; symbols as in the theory.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parameters {
     pub dt: f64,
@@ -30,7 +30,7 @@ pub(super) struct Parameters {
     pub inverse_mass: f64,
     /// `J`.
     pub inertia: DVec3,
-    /// What only controller 2 has.
+    /// Constants of controller 2 alone.
     pub saturated: Option<SaturatedParameters>,
     /// `[J_lo, J_hi]`.
     pub inertia_set: (f64, f64),

@@ -1,8 +1,8 @@
-//! What evaluating the law in `f32`, on a state and a reference rounded to `f32`, may add to V over
-//! one tick: `A_r` of the balance.
+//! Rounding error of V over one tick, `A_r` of the balance: the law is evaluated in `f32`, on a state and
+//! a reference rounded to `f32`.
 //!
-//! Each quantity that the law computes gets a bound on its error, a few units in the last place of
-//! the largest terms that it is a sum of; V changes by that error times what it multiplies in V'.
+//! The error of each quantity of the law is bounded by a few units in the last place of the largest terms
+//! of its sum; V changes by that error times its factor in V'.
 
 use super::parameters::Parameters;
 use crate::evaluation::{Evaluation, Lengths};
@@ -24,7 +24,7 @@ pub(super) fn rounding(p: &Parameters, tick: &Tick, now: &Evaluation) -> f64 {
         + 2.0 * f64::EPSILON * now.value // of V itself
 }
 
-/// Errors of what the law computes.
+/// Rounding errors of the law's quantities.
 struct Errors {
     /// Of the commanded acceleration (m/s^2).
     acceleration: f64,
@@ -70,7 +70,7 @@ fn virtual_rate(p: &Parameters, tick: &Tick, now: &Evaluation, turn: f64, g: f64
         + coupling * g
 }
 
-/// Error of the torque (34), (50), per unit of what weighs `w_e` in V.
+/// Error of the torque (34), (50), per unit of the weight of `w_e` in V.
 fn rate_dot(p: &Parameters, tick: &Tick, now: &Evaluation, turn: f64) -> f64 {
     let torque = tick.output.torque_demand_body.as_dvec3();
     let (demand, d2) = match p.saturated {

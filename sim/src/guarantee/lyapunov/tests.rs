@@ -45,7 +45,7 @@ fn v_obeys_its_balance_under_both_laws() {
             assert_eq!(row(&rows, "ticks").observed, Some(0.0));
             let [start, end] = ["V at the start", "V at the end"].map(|name| row(&rows, name));
             assert!(end.observed < start.observed);
-            assert!(row(&rows, "V rises over a window").observed.unwrap() < 0.0);
+            assert!(row(&rows, "increase of V over a window").observed.unwrap() < 0.0);
         }
     }
 }
@@ -53,7 +53,7 @@ fn v_obeys_its_balance_under_both_laws() {
 /// Largest excess over the balance of a flight that is tampered with, which must be a failure.
 fn excess(config: &ControllerConfig, tamper: impl FnMut(&mut Tick)) -> f64 {
     let rows = rows(config, 3.0, tamper);
-    let row = row(&rows, "V rises beyond its balance");
+    let row = row(&rows, "Lyapunov balance residual");
     assert!(!row.pass, "{row:?}");
     row.observed.unwrap()
 }
@@ -113,7 +113,7 @@ fn a_disturbance_beyond_its_bound_is_seen_as_such() {
         let rows = rows(&config, 3.0, |tick| {
             tick.disturbance.torque_body += DVec3::new(0.3, 0.0, 0.0);
         });
-        assert!(row(&rows, "V rises beyond its balance").pass, "it is in the balance");
+        assert!(row(&rows, "Lyapunov balance residual").pass, "it is in the balance");
         assert!(!row(&rows, "disturbance term").pass);
     }
 }
@@ -127,7 +127,7 @@ fn steps_outside_the_proof_are_counted_and_not_judged() {
             tick.output.wrench.torque_body = Vec3::splat(3.0);
         }
     });
-    assert!(row(&rows, "V rises beyond its balance").pass, "{rows:#?}");
+    assert!(row(&rows, "Lyapunov balance residual").pass, "{rows:#?}");
     assert_eq!(row(&rows, "ticks").observed, Some(1.0));
 }
 

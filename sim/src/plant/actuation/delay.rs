@@ -1,7 +1,7 @@
 //! A pure transport delay: what is commanded at `t` acts from `t + delay` on.
 //!
 //! The delay is a whole number of plant steps, `n = round(delay / h)`, halves away from zero. With `S`
-//! plant steps a tick and `n = q S + r`, the first `r` steps of tick `k` are moved by the command of tick
+//! plant steps per tick and `n = q S + r`, the first `r` steps of tick `k` are moved by the command of tick
 //! `k - q - 1`, the others by that of tick `k - q`.
 
 use std::collections::VecDeque;
@@ -33,7 +33,7 @@ impl Delay {
         self.commands.push_back(command);
     }
 
-    /// What arrives for the plant step `step` of the tick whose command was taken last.
+    /// The command that acts in the plant step `step` of the tick whose command was received last.
     pub fn acting(&self, step: u32) -> AppliedWrench {
         self.commands[usize::from(step >= self.rest)]
     }
@@ -46,7 +46,7 @@ mod tests {
     use super::*;
     use crate::plant::PlantParameters;
 
-    /// Which tick's command acts in each plant step, for `delay` of the 4 ms ticks of 4 steps.
+    /// The tick whose command acts in each plant step, for `delay` of the 4 ms ticks of 4 steps.
     fn acting(delay: f64) -> Vec<f64> {
         let parameters = PlantParameters { mass: 1.0, inertia: DVec3::ONE };
         let body = RigidBody::new(&parameters, 4e-3, 4);

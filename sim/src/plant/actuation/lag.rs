@@ -31,7 +31,7 @@ impl Lag {
         (constant > 0.0).then(|| Self { left: (-x).exp(), left_in_the_mean, now: start })
     }
 
-    /// What acts now.
+    /// The wrench that acts now.
     pub fn now(&self) -> AppliedWrench {
         self.now
     }

@@ -1,4 +1,4 @@
-//! What the rotors can give at most.
+//! Limits of thrust and torque.
 
 use ctrl_core::vehicle::Wrench;
 use glam::Vec3;
@@ -33,9 +33,9 @@ impl Limits {
         }
     }
 
-    /// Whether the rotors cannot give this.
+    /// `true` if the command is beyond the limits.
     #[must_use]
-    pub fn cut(&self, command: &Wrench) -> bool {
+    pub fn cuts(&self, command: &Wrench) -> bool {
         self.clip(command) != *command
     }
 }
@@ -51,8 +51,8 @@ mod tests {
         let clipped = limits.clip(&wrench(13.0, 0.2, -0.04, -0.06));
         assert_eq!(clipped, wrench(12.0, 0.05, -0.04, -0.05));
         assert_eq!(limits.clip(&wrench(-1.0, 0.0, 0.0, 0.0)).thrust, 0.0);
-        assert!(!limits.cut(&wrench(12.0, 0.05, -0.05, 0.0)));
-        assert!(limits.cut(&wrench(12.0, 0.05, -0.05, 0.050_000_1)));
+        assert!(!limits.cuts(&wrench(12.0, 0.05, -0.05, 0.0)));
+        assert!(limits.cuts(&wrench(12.0, 0.05, -0.05, 0.050_000_1)));
     }
 
     #[test]

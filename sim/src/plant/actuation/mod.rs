@@ -1,6 +1,6 @@
-//! What lies between the wrench that is commanded and the one that acts: limits of the rotors, a
-//! transport delay, a first-order lag; any of them, in this order. Without any the vehicle is ideal: the
-//! command acts at once and exactly, as the theorems assume.
+//! Actuator dynamics between the commanded and the applied wrench: limits of the rotors, a transport
+//! delay, a first-order lag; any of them, in this order. Without any the vehicle is ideal: the command
+//! acts at once and exactly, as the theorems assume.
 
 mod delay;
 mod lag;
@@ -25,8 +25,7 @@ pub struct ActuationConfig {
     pub thrust_max: Option<f64>,
     /// Most torque that they can give about each body axis, either way round (N m).
     pub torque_max: Option<f64>,
-    /// How much later a command acts, rounded to the nearest whole number of plant steps;
-    /// at most [`DELAY_MAX`](Self::DELAY_MAX) (s).
+    /// Delay of a command, rounded to the nearest whole number of plant steps; at most [`DELAY_MAX`](Self::DELAY_MAX) (s).
     pub delay: Option<f64>,
     /// Time constant with which thrust and torque follow the command;
     /// at most [`ROTOR_LAG_MAX`](Self::ROTOR_LAG_MAX) (s).
@@ -45,13 +44,13 @@ impl ActuationConfig {
         Self { delay: self.delay.map(|delay| (delay / h).round() * h), ..self }
     }
 
-    /// Whether every command that the limits leave alone acts at once and exactly.
+    /// `true` if every command within the limits acts at once and exactly.
     #[must_use]
     pub fn is_prompt(&self) -> bool {
         [self.delay, self.rotor_lag].iter().all(|time| time.is_none_or(|time| time == 0.0))
     }
 
-    /// Whether nothing lies between command and vehicle.
+    /// `true` if every command acts at once and exactly.
     #[must_use]
     pub fn is_ideal(&self) -> bool {
         self.is_prompt() && self.limits().is_none()
@@ -96,7 +95,7 @@ impl Actuators {
         })
     }
 
-    /// Takes the command of a tick; once before each [`advance`](Self::advance). Returns what acts on
+    /// Receives the command of a tick, once before each [`advance`](Self::advance). Returns the wrench that acts on
     /// the vehicle at this instant.
     pub fn take(&mut self, command: &Wrench) -> AppliedWrench {
         let possible = self.limits.map_or(*command, |limits| limits.clip(command));

@@ -10,7 +10,7 @@ use crate::plant::Disturbance;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gust {
-    /// How long each gust lasts; the first starts with the flight (s).
+    /// Duration of each gust; the first starts with the flight (s).
     pub hold: f64,
     /// Largest magnitude of each component (m/s^2).
     pub acceleration: f64,

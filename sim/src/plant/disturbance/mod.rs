@@ -1,5 +1,5 @@
-//! What disturbs the vehicle: the sum of any of a constant push, uniform noise, a sinusoid and
-//! gusts, each seeded on its own, so that adding one does not change another.
+//! Disturbance of the vehicle: the sum of any of a constant, uniform noise, a sinusoid and gusts, each
+//! seeded on its own, so that adding one does not change another.
 
 mod gust;
 mod noise;
@@ -19,7 +19,7 @@ use gust::GustProcess;
 use noise::NoiseProcess;
 use sinusoid::SinusoidProcess;
 
-/// Which disturbances act; an absent one does not, and a scenario without any is calm.
+/// The disturbances that act; a scenario without any is calm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DisturbanceConfig {
@@ -33,7 +33,7 @@ pub struct DisturbanceConfig {
     pub gust: Option<Gust>,
 }
 
-/// A constant push, as of steady wind or a displaced centre of mass.
+/// A constant disturbance, as of steady wind or a displaced centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Constant {

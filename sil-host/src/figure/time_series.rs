@@ -1,8 +1,10 @@
-//! A quantity over time, and the panels that show it over the windows of a flight.
+//! Quantities over time, and the panels that show them over the windows of a flight.
 
 use super::axis::Axis;
 use super::panel::{Guide, Line, Panel, Style};
-use super::record::{Recorder, Window, channel};
+use super::record::{FigureRecorder, FigureWindow, channel};
+use sim::quantity::Quantity;
+use sim::quantity::table::{POSITION, REFERENCE_POSITION};
 
 pub(super) const BLUE: &str = "#0072B2";
 pub(super) const ORANGE: &str = "#D55E00";
@@ -15,14 +17,14 @@ pub(super) const RED: &str = "#C1121F";
 /// Colours of x, y and z.
 pub(super) const AXES: [&str; 3] = [BLUE, ORANGE, GREEN];
 
-/// What a panel over time shows.
-pub(super) struct Quantity {
+/// Channels over time on one axis.
+pub(super) struct TimeSeries {
     label: String,
     channels: Vec<(usize, Style)>,
     guides: Vec<Guide>,
 }
 
-impl Quantity {
+impl TimeSeries {
     pub fn new(label: &str, channels: &[(usize, Style)]) -> Self {
         Self { label: label.to_owned(), channels: channels.to_vec(), guides: Vec::new() }
     }
@@ -32,7 +34,7 @@ impl Quantity {
     }
 
     /// Over one window. With `bounded`, the axis reaches to every guide.
-    pub fn panel(&self, window: &Window, title: &str, bounded: bool) -> Panel {
+    pub fn panel(&self, window: &FigureWindow, title: &str, bounded: bool) -> Panel {
         let line = |(channel, style): &(usize, Style)| Line {
             points: window.line(*channel).collect(),
             style: *style,
@@ -52,7 +54,7 @@ impl Quantity {
     }
 
     /// Over one window, by decades.
-    pub fn decades(&self, window: &Window, title: &str) -> Panel {
+    pub fn decades(&self, window: &FigureWindow, title: &str) -> Panel {
         let panel = self.panel(window, title, false);
         let values = panel.lines.iter().flat_map(|line| line.points.iter().map(|(_, y)| *y));
         let y = Axis::decades(&self.label, values);
@@ -60,7 +62,7 @@ impl Quantity {
     }
 
     /// The whole flight, its start, and what follows the settling time.
-    pub fn panels(&self, recorder: &Recorder, bounded: bool) -> Vec<(f64, Panel)> {
+    pub fn panels(&self, recorder: &FigureRecorder, bounded: bool) -> Vec<(f64, Panel)> {
         let mut panels = vec![(1.5, self.panel(&recorder.whole, "whole flight", bounded))];
         if recorder.transient.end < recorder.whole.end {
             panels.push((1.0, self.panel(&recorder.transient, &first(recorder), bounded)));
@@ -72,14 +74,30 @@ impl Quantity {
     }
 }
 
-/// What the enlarged start of the flight is called.
-pub(super) fn first(recorder: &Recorder) -> String {
+/// Title of the enlarged start of the flight.
+pub(super) fn first(recorder: &FigureRecorder) -> String {
     format!("first {} s", recorder.transient.end)
 }
 
-/// Three channels from `first` in the colours of the axes.
-pub(super) fn vector(first: usize) -> [(usize, Style); 3] {
-    [0, 1, 2].map(|axis| (first + axis, Style::solid(AXES[axis])))
+/// Channel of a component of a recorded quantity, in `style`.
+///
+/// # Panics
+/// If the recorder does not record the quantity.
+pub(super) fn component(quantity: &Quantity, component: usize, style: Style) -> (usize, Style) {
+    let first = channel(quantity);
+    let first = first.unwrap_or_else(|| panic!("`{}` is not recorded for figures", quantity.name));
+    (first + component, style)
+}
+
+/// Channel of a recorded scalar, in `style`.
+pub(super) fn scalar(quantity: &Quantity, style: Style) -> [(usize, Style); 1] {
+    [component(quantity, 0, style)]
+}
+
+/// The last three channels of a recorded vector or quaternion, in the colours of the axes.
+pub(super) fn vector(quantity: &Quantity) -> [(usize, Style); 3] {
+    let first = quantity.width() - 3;
+    [0, 1, 2].map(|axis| component(quantity, first + axis, Style::solid(AXES[axis])))
 }
 
 pub(super) fn vector_legend(names: [&str; 3]) -> Vec<(Style, String)> {
@@ -96,13 +114,13 @@ pub(super) fn upper_bound(value: f64, label: &str) -> Guide {
     Guide { below: true, ..lower_bound(value, label) }
 }
 
-/// Styles of the flown path and of the reference, a pale road under it.
+/// Styles of the flown path and of the reference, a broad pale line below it.
 pub(super) fn path_styles() -> [Style; 2] {
     [Style::solid("#222222"), Style { width: 4.0, ..Style::solid("#9BD0F2") }]
 }
 
-/// Both ways over the ground, to the same scale in both directions.
-pub(super) fn ground_track(window: &Window, title: &str) -> Panel {
+/// Both ground tracks, to the same scale in both directions.
+pub(super) fn ground_track(window: &FigureWindow, title: &str) -> Panel {
     let [flown, wanted] = path_styles();
     let [vehicle, reference] = window.ground_tracks();
     let all = || vehicle.iter().chain(&reference);
@@ -115,7 +133,10 @@ pub(super) fn ground_track(window: &Window, title: &str) -> Panel {
 }
 
 /// Height of vehicle and reference.
-pub(super) fn height() -> Quantity {
+pub(super) fn height() -> TimeSeries {
     let [flown, wanted] = path_styles();
-    Quantity::new("z  [m]", &[(channel::HEIGHT + 1, wanted), (channel::HEIGHT, flown)])
+    TimeSeries::new(
+        "z  [m]",
+        &[component(&REFERENCE_POSITION, 2, wanted), component(&POSITION, 2, flown)],
+    )
 }

@@ -1,0 +1,47 @@
+//! Assembly of a controller's configuration from gains and request.
+
+use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::controller::ControllerConfig;
+
+use super::digits::rounded;
+use super::request::{Limits, Request};
+
+/// Share of the attitude loop's speed at which inertia and gyroscopic ratios adapt in a brisk
+/// manoeuvre (one radian of amplitude at the attitude's bandwidth, or the whole torque).
+const ADAPTATION: f64 = 0.02;
+
+/// The controller with these gains; `attitude` is the speed of its attitude loop (rad/s).
+pub(super) fn assembled(
+    request: &Request,
+    cascade: CascadeGains,
+    k4: f64,
+    k5: f64,
+    attitude: f64,
+) -> ControllerConfig {
+    let &Request { known, initial, reference_acceleration_max, step_period, limits, .. } = request;
+    let cubed = attitude.powi(3);
+    match limits {
+        None => ControllerConfig::RobustAdaptive(RobustAdaptiveConfig {
+            step_period,
+            reference_acceleration_max,
+            uncertainty: known,
+            initial,
+            cascade,
+            k4: k4 as f32,
+            gamma2: rounded(ADAPTATION * k4 / cubed) as f32,
+        }),
+        Some(Limits { thrust_max, torque_max }) => ControllerConfig::Saturated(SaturatedConfig {
+            step_period,
+            reference_acceleration_max,
+            uncertainty: known,
+            initial,
+            cascade,
+            thrust_max,
+            torque_max,
+            k4: k4 as f32,
+            k5: k5 as f32,
+            gamma2: rounded(ADAPTATION * attitude * k4 / f64::from(torque_max).powi(2)) as f32,
+            gamma3: rounded(ADAPTATION * k4 / cubed) as f32,
+        }),
+    }
+}
