@@ -23,8 +23,8 @@ use vehicle::VehicleConfig;
 /// Outputs of a board; `firmware::vehicle::ROTORS`.
 const ROTORS: usize = 4;
 
-/// BuiltInMission by the image unless the variable `GYRFALCON_SCENARIO` names another.
-const FLOWN: &str = "paper-saturated";
+/// Scenario of the built-in mission unless the variable `GYRFALCON_SCENARIO` names another.
+const BUILT_IN: &str = "paper-saturated";
 
 /// Scenarios that give the numbers of the controller that the flown one does not use.
 const PAPER: [&str; 2] = ["paper-robust-adaptive", "paper-saturated"];
@@ -36,7 +36,7 @@ fn main() {
     println!("cargo:rerun-if-changed={}", directory.display());
     println!("cargo:rerun-if-env-changed=GYRFALCON_SCENARIO");
     println!("cargo:rerun-if-env-changed=GYRFALCON_CONTROL_RATE");
-    let name = env::var("GYRFALCON_SCENARIO").unwrap_or_else(|_| FLOWN.to_owned());
+    let name = env::var("GYRFALCON_SCENARIO").unwrap_or_else(|_| BUILT_IN.to_owned());
     let scenarios: BTreeMap<String, Document> =
         scenario_files(&directory).map(|(name, path)| (name, read(&path))).collect();
     let flown = flown(&scenarios, &name);
@@ -48,7 +48,7 @@ fn main() {
     write("vehicle.postcard", &vehicle_bytes());
 }
 
-/// What the image flies; `GYRFALCON_CONTROL_RATE` (Hz) stands for the scenario's step period.
+/// The built-in mission; `GYRFALCON_CONTROL_RATE` (Hz) stands for the scenario's step period.
 fn flown(scenarios: &BTreeMap<String, Document>, name: &str) -> BuiltInMission {
     let find =
         |name: &str| scenarios.get(name).unwrap_or_else(|| panic!("no scenario is called {name}"));

@@ -1,4 +1,4 @@
-//! What a fault leaves behind for the next boot.
+//! Evidence of a fault for the next boot.
 //!
 //! Pure encoding: the report becomes 32-bit words with a mark and a checksum, so that power-on
 //! noise or a half-written record is not taken for a fault. `fault` keeps the words in a RAM region

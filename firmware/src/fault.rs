@@ -78,7 +78,7 @@ fn fail(kind: FaultKind, registers: [u32; REGISTERS], info: Option<&PanicInfo>) 
 }
 
 /// Message and place of a panic. A message with arguments is left out, since formatting needs more
-/// stack and code than a failing program should trust; its place says what it was.
+/// stack and code than a failing program should trust; its place identifies it.
 fn describe(report: &mut FaultReport, info: &PanicInfo) {
     if let Some(message) = info.message().as_str() {
         evidence::append(&mut report.text, message);
@@ -90,7 +90,7 @@ fn describe(report: &mut FaultReport, info: &PanicInfo) {
     }
 }
 
-/// Registers that tell where a fault came from: fault status and the active exception.
+/// Registers that locate a fault: fault status and the active exception.
 fn fault_registers() -> [u32; 6] {
     // SAFETY: reads of system registers without side effect.
     let (scb, icsr) = unsafe { (&*SCB::PTR, (*SCB::PTR).icsr.read()) };

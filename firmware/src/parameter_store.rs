@@ -38,7 +38,7 @@ const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 /// Content of a record.
 pub type Payload = Vec<u8, PAYLOAD_MAX>;
 
-/// What [`ParameterStore::open`] found.
+/// Record found by [`ParameterStore::open`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to put one on")]
 pub enum Found {
@@ -50,10 +50,10 @@ pub enum Found {
     Record(u32, Payload),
 }
 
-/// Why a record was not kept; the one before is still in force.
+/// Reason that a record was not stored; the one before is still in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoreError {
-    /// Both sectors are full; the next [`ParameterStore::open`] makes room.
+    /// Both sectors are full; the next [`ParameterStore::open`] erases one.
     Full,
     /// The memory does not do what it should.
     Failed,
@@ -62,8 +62,8 @@ pub enum StoreError {
 impl fmt::Display for StoreError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {
-            Self::Full => "no room before the next restart",
-            Self::Failed => "the memory failed",
+            Self::Full => "no free slot; a restart of the vehicle erases a sector",
+            Self::Failed => "the memory cannot be written or read back",
         })
     }
 }
@@ -81,7 +81,7 @@ pub struct ParameterStore<F> {
     free: [Option<usize>; SECTORS],
 }
 
-/// What a sector holds.
+/// Content of a sector.
 #[derive(Clone, Copy, Debug, Default)]
 struct Survey {
     /// Newest record: its generation and slot.
@@ -166,7 +166,7 @@ impl<F: NorFlash> ParameterStore<F> {
     ) -> Option<usize> {
         match survey {
             Some(Survey { marked: true, end, .. }) if holds_newest || end == 1 => Some(end),
-            // Nobody knows how well its free slots are erased; the log goes on in the other sector.
+            // Its free slots may be erased in part only; the log goes on in the other sector.
             Some(_) if holds_newest => Some(Self::SLOTS),
             _ => self.prepare(sector).map(|()| 1),
         }

@@ -1,6 +1,6 @@
 //! Records of the replay image (`bin/replay.rs`): samples in, replies out, both of fixed size.
 //!
-//! The host writes a [`Sample`] for each tick and reads a [`Reply`]; through two FIFOs it can wait
+//! The host writes a [`ReplaySample`] for each tick and reads a [`ReplayReply`]; through two FIFOs it can wait
 //! for the one before it makes the next, which is a processor in the loop in lock step.
 
 use ctrl_core::controller::{StepOutput, TrackingController};
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// Input of one step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sample {
+pub struct ReplaySample {
     /// State of the vehicle.
     pub vehicle: VehicleState,
     /// Reference of the same tick.
@@ -20,7 +20,7 @@ pub struct Sample {
 
 /// Result of one step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reply {
+pub struct ReplayReply {
     /// The command.
     pub wrench: Wrench,
     /// Torque before saturation (N m).
@@ -30,14 +30,14 @@ pub struct Reply {
     pub status: u16,
 }
 
-impl From<StepOutput> for Reply {
+impl From<StepOutput> for ReplayReply {
     fn from(output: StepOutput) -> Self {
         let StepOutput { wrench, torque_demand_body, status } = output;
         Self { wrench, torque_demand_body, status: status.bits() }
     }
 }
 
-impl Sample {
+impl ReplaySample {
     /// Size of the record: 13 + 24 numbers of four bytes, little-endian (bytes).
     pub const SIZE: usize = 148;
 
@@ -60,12 +60,12 @@ impl Sample {
     }
 
     /// One step of `controller` with this sample.
-    pub fn step<C: TrackingController>(&self, controller: &C, state: &mut C::State) -> Reply {
+    pub fn step<C: TrackingController>(&self, controller: &C, state: &mut C::State) -> ReplayReply {
         controller.step(state, &self.vehicle, &self.reference).into()
     }
 }
 
-impl Reply {
+impl ReplayReply {
     /// Size of the record: 7 numbers of four bytes and one of two, little-endian (bytes).
     pub const SIZE: usize = 30;
 
@@ -95,18 +95,19 @@ mod tests {
     #[test]
     fn records_are_little_endian_numbers_in_order() {
         let vehicle = VehicleState::at_rest(Vec3::new(1.0, 2.0, 3.0));
-        let sample = Sample { vehicle, reference: Reference::hover(Vec3::new(4.0, 5.0, 6.0)) };
+        let sample =
+            ReplaySample { vehicle, reference: Reference::hover(Vec3::new(4.0, 5.0, 6.0)) };
         let bytes = sample.encode().unwrap();
         let number = |i: usize| f32::from_le_bytes(bytes[4 * i..4 * i + 4].try_into().unwrap());
         assert_eq!([number(0), number(1), number(2)], [1.0, 2.0, 3.0]);
         assert_eq!([number(6), number(9)], [0.0, 1.0], "attitude is x, y, z, w");
         assert_eq!([number(13), number(14), number(15), number(29)], [4.0, 5.0, 6.0, 1.0]);
-        assert_eq!(Sample::decode(&bytes).unwrap(), sample);
+        assert_eq!(ReplaySample::decode(&bytes).unwrap(), sample);
     }
 
     #[test]
     fn a_reply_fills_its_record() {
-        let reply = Reply {
+        let reply = ReplayReply {
             wrench: Wrench { thrust: 1.0, torque_body: Vec3::new(2.0, 3.0, 4.0) },
             torque_demand_body: Vec3::new(5.0, 6.0, f32::MAX),
             status: 0x8001,
@@ -115,6 +116,6 @@ mod tests {
         assert_eq!(bytes[..4], 1.0f32.to_le_bytes());
         assert_eq!(bytes[24..28], f32::MAX.to_le_bytes());
         assert_eq!(bytes[28..], [0x01, 0x80]);
-        assert_eq!(Reply::decode(&bytes).unwrap(), reply);
+        assert_eq!(ReplayReply::decode(&bytes).unwrap(), reply);
     }
 }

@@ -11,7 +11,7 @@ use ctrl_core::controller::{AnyController, TrackingController};
 use defmt_semihosting as _;
 use firmware::evidence::kind_name;
 use firmware::fault::take_evidence;
-use firmware::replay::Sample;
+use firmware::replay::ReplaySample;
 use firmware::scenario::Scenario;
 use semihosting::fs::File;
 use semihosting::io::{Read, Write};
@@ -47,16 +47,17 @@ fn main() -> ! {
 /// Steps until the input ends.
 fn run(controller: &AnyController, mut input: File, mut output: File) {
     let mut state = controller.initial_state();
-    let mut bytes = [0; Sample::SIZE];
+    let mut bytes = [0; ReplaySample::SIZE];
     while input.read_exact(&mut bytes).is_ok() {
-        let reply = Sample::decode(&bytes).and_then(|s| s.step(controller, &mut state).encode());
+        let reply =
+            ReplaySample::decode(&bytes).and_then(|s| s.step(controller, &mut state).encode());
         if !reply.is_ok_and(|reply| output.write_all(&reply).is_ok()) {
             fail("the output takes no more");
         }
     }
 }
 
-/// What `parse` makes of the argument that begins with `key`.
+/// Result of `parse` on the argument that begins with `key`.
 fn argument<T>(key: &str, parse: impl Fn(&str) -> Option<T>) -> Option<T> {
     let arguments = semihosting::experimental::env::args::<TEXT>().ok()?;
     arguments.into_iter().flatten().find_map(|argument| parse(argument.strip_prefix(key)?))

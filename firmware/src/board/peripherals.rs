@@ -1,4 +1,4 @@
-//! What every F405 board sets up alike: clocks, stopwatch, control tick, link, rotors, watchdog.
+//! Set-up shared by every F405 board: clocks, stopwatch, control tick, link, rotors, watchdog.
 
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
@@ -10,7 +10,7 @@ use stm32f4xx_hal::watchdog::IndependentWatchdog;
 use super::{Active, Board, ROTORS, RotorPins};
 use crate::rotor_output::RotorOutput;
 
-/// Bits a second on the link.
+/// Bit rate of the link (bit/s).
 pub const LINK_RATE: u32 = 2_000_000;
 
 /// Time without a feed after which the watchdog resets the chip (ms).
@@ -77,7 +77,7 @@ pub fn start_control_tick(systick: &mut SYST, rate: u32) {
     systick.enable_interrupt();
 }
 
-/// Whether the watchdog caused this start; forgets it.
+/// `true` if the watchdog caused this start; clears the flag.
 fn take_watchdog_reset(rcc: &pac::RCC) -> bool {
     let reset = rcc.csr().read().wdgrstf().bit_is_set();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());

@@ -10,18 +10,18 @@ use serde::{Deserialize, Serialize};
 pub struct VehicleConfig {
     /// Limits of arming, flight and failsafe.
     pub supervisor: SupervisorConfig,
-    /// How long what a host sends stands.
+    /// Timeouts of the host's samples and references.
     pub link: LinkConfig,
     /// The rotors, in the order of the outputs.
     pub geometry: RotorGeometry,
 }
 
-/// How long what a host sends stands.
+/// Timeouts of the host's samples and references.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LinkConfig {
-    /// A state sample stands for this many ticks.
+    /// A state sample is used for this many ticks.
     pub sample_valid: u32,
-    /// A host that streams references is silent after this many ticks.
+    /// Timeout of the reference stream (ticks).
     pub reference_timeout: u32,
 }

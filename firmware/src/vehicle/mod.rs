@@ -1,4 +1,4 @@
-//! What a scenario does not say of the vehicle: supervision and rotors, from `vehicle.toml`.
+//! Supervision, link limits and rotors of the vehicle, from `vehicle.toml`.
 //!
 //! `build.rs` checks the file and turns it into postcard bytes, which the image carries.
 

@@ -5,24 +5,24 @@ use std::cell::RefCell;
 use ctrl_core::controller::{StepOutput, TrackingController};
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
-use firmware::replay::Sample;
+use firmware::replay::ReplaySample;
 use sim::scenario::{LoadedScenario, flight_with};
 
 /// Flies a scenario's first ticks with another controller in place of its own.
-pub fn fly<C: TrackingController>(scenario: &str, ticks: u64, controller: C) {
+pub fn advance<C: TrackingController>(scenario: &str, ticks: u64, controller: C) {
     let loaded = LoadedScenario::open(scenario, &[]).unwrap();
     flight_with(controller, loaded.scenario()).unwrap().advance(ticks);
 }
 
 /// A controller that keeps the samples it is given.
-pub struct Recording<'a, C> {
+pub struct RecordingController<'a, C> {
     /// The controller.
     pub law: C,
     /// Its inputs.
-    pub samples: &'a RefCell<Vec<Sample>>,
+    pub samples: &'a RefCell<Vec<ReplaySample>>,
 }
 
-impl<C: TrackingController> TrackingController for Recording<'_, C> {
+impl<C: TrackingController> TrackingController for RecordingController<'_, C> {
     type State = C::State;
 
     fn initial_state(&self) -> C::State {
@@ -35,7 +35,7 @@ impl<C: TrackingController> TrackingController for Recording<'_, C> {
         vehicle: &VehicleState,
         reference: &Reference,
     ) -> StepOutput {
-        self.samples.borrow_mut().push(Sample { vehicle: *vehicle, reference: *reference });
+        self.samples.borrow_mut().push(ReplaySample { vehicle: *vehicle, reference: *reference });
         self.law.step(state, vehicle, reference)
     }
 

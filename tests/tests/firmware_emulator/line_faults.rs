@@ -52,7 +52,7 @@ fn flown_through(kinds: &[Fault], seed: u64) -> (u32, LinkStatistics) {
     (injected, health.link)
 }
 
-/// What a decoder that met `injected` faults of this kind has counted.
+/// Checks the counts of a decoder after `injected` faults of this kind.
 fn assert_counted(kind: Fault, injected: u32, link: LinkStatistics) {
     let LinkStatistics { damaged, foreign, malformed, late, lost, .. } = link;
     let what = format!("{kind:?}, {injected} injected: {link:?}");

@@ -7,16 +7,16 @@ use std::{env, fs};
 use ctrl_core::controller::TrackingController;
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
-use firmware::replay::{Reply, Sample};
+use firmware::replay::{ReplayReply, ReplaySample};
 use firmware::scenario::Scenario;
 use glam::{Quat, Vec3};
 
-use crate::closed_loop::{Recording, fly};
+use crate::closed_loop::{RecordingController, advance};
 use crate::emulator::{run, text};
 use crate::{PAPER, TICKS};
 
 /// Replies of the emulated firmware to `samples`, flown with a scenario's controller.
-fn replay(scenario: &str, test: &str, samples: &[Sample]) -> Vec<Reply> {
+fn replay(scenario: &str, test: &str, samples: &[ReplaySample]) -> Vec<ReplayReply> {
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let input = directory.join(format!("{test}-{scenario}-samples"));
     let output = directory.join(format!("{test}-{scenario}-replies"));
@@ -32,18 +32,18 @@ fn replay(scenario: &str, test: &str, samples: &[Sample]) -> Vec<Reply> {
     let bytes = fs::read(&output).unwrap();
     let (records, rest) = bytes.as_chunks();
     assert!(rest.is_empty(), "a reply was cut");
-    records.iter().map(|record| Reply::decode(record).unwrap()).collect()
+    records.iter().map(|record| ReplayReply::decode(record).unwrap()).collect()
 }
 
 /// Replies of the same law on the host.
-fn replay_on_host(scenario: &str, samples: &[Sample]) -> Vec<Reply> {
+fn replay_on_host(scenario: &str, samples: &[ReplaySample]) -> Vec<ReplayReply> {
     let controller = Scenario::named(scenario).unwrap().load().unwrap().controller.build().unwrap();
     let mut state = controller.initial_state();
     samples.iter().map(|sample| sample.step(&controller, &mut state)).collect()
 }
 
 /// Asserts that every reply has the same bits.
-fn assert_same_bits(scenario: &str, emulated: &[Reply], host: &[Reply]) {
+fn assert_same_bits(scenario: &str, emulated: &[ReplayReply], host: &[ReplayReply]) {
     assert_eq!(emulated.len(), host.len(), "{scenario}");
     for (tick, (emulated, host)) in emulated.iter().zip(host).enumerate() {
         let (left, right) = (emulated.encode().unwrap(), host.encode().unwrap());
@@ -52,7 +52,7 @@ fn assert_same_bits(scenario: &str, emulated: &[Reply], host: &[Reply]) {
 }
 
 /// Numbers that a broken sensor may send, between good ones.
-fn hostile_samples() -> Vec<Sample> {
+fn hostile_samples() -> Vec<ReplaySample> {
     let hostile = [
         f32::NAN,
         f32::INFINITY,
@@ -70,14 +70,14 @@ fn hostile_samples() -> Vec<Sample> {
             samples.extend([good_sample(samples.len()); 3]);
             let mut bytes = good_sample(samples.len()).encode().unwrap();
             bytes[4 * index..4 * index + 4].copy_from_slice(&number.to_le_bytes());
-            samples.push(Sample::decode(&bytes).unwrap());
+            samples.push(ReplaySample::decode(&bytes).unwrap());
         }
     }
     samples
 }
 
 /// A large but lawful error, different at every tick.
-fn good_sample(tick: usize) -> Sample {
+fn good_sample(tick: usize) -> ReplaySample {
     let phase = tick as f32 * 0.37;
     let wave = |k: f32| (phase * k) % 2.0 - 1.0;
     let attitude = Quat::from_xyzw(wave(1.0), wave(1.3), wave(1.7), wave(2.1) + 0.1).normalize();
@@ -87,14 +87,14 @@ fn good_sample(tick: usize) -> Sample {
         attitude,
         rate_body: Vec3::new(wave(2.9), wave(1.2), wave(0.8)) * 3.0,
     };
-    Sample { vehicle, reference: Reference::hover(Vec3::ZERO) }
+    ReplaySample { vehicle, reference: Reference::hover(Vec3::ZERO) }
 }
 
 /// Inputs of the controller in SIL's flight of a scenario.
-fn recorded(scenario: &str) -> Vec<Sample> {
+fn recorded(scenario: &str) -> Vec<ReplaySample> {
     let samples = RefCell::new(Vec::new());
     let law = Scenario::named(scenario).unwrap().load().unwrap().controller.build().unwrap();
-    fly(scenario, TICKS, Recording { law, samples: &samples });
+    advance(scenario, TICKS, RecordingController { law, samples: &samples });
     samples.into_inner()
 }
 

@@ -18,7 +18,7 @@ use crate::serial_link::Vehicle;
 /// Bytes of a sector of the chip's flash.
 const SECTOR: usize = 16 * 1024;
 const HERE: VehicleState = VehicleState::at_rest(Vec3::new(1.0, 2.0, 3.0));
-/// What is written to the vehicle, and the scenario that says the same to SIL.
+/// Parameters written to the vehicle, and the scenario with the same values for SIL.
 const CHANGES: [(&str, f32); 3] = [("k4", 3.7), ("cascade.k1", 0.43), ("initial.mass", 0.8)];
 
 /// A file that no other test uses, absent.

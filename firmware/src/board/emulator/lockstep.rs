@@ -88,7 +88,7 @@ fn with<T>(action: impl FnOnce(&mut Lockstep) -> T) -> Option<T> {
     critical_section::with(|cs| LINK.borrow_ref_mut(cs).as_mut().map(action))
 }
 
-/// Whether the link is in lock step.
+/// `true` if the link is in lock step.
 pub fn is_open() -> bool {
     with(|_| ()).is_some()
 }

@@ -152,7 +152,7 @@ static FAULT: AtomicU8 = AtomicU8::new(u8::MAX);
 /// Latest duty cycle of each rotor.
 static RECORDED: [AtomicU16; ROTORS] = [const { AtomicU16::new(0) }; ROTORS];
 
-/// Faults that the directive `provoke` knows.
+/// Faults of the directive `provoke`.
 const FAULTS: [&str; 3] = ["panic", "hard-fault", "overrun"];
 
 fn read_directives() {
