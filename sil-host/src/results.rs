@@ -1,4 +1,4 @@
-//! Results of a flight on disk: `trace.csv`, one SVG per figure, and `index.html`.
+//! Files of a scenario's results: `trace.csv`, one SVG per figure, and `index.html`.
 
 use std::fs::{self, File};
 use std::io;
