@@ -54,7 +54,10 @@ impl Cascade {
             reference
         } else {
             status |= StepStatus::REFERENCE_CLIPPED;
-            self.clipped(reference, clipped)?
+            if !in_range(reference) {
+                return None;
+            }
+            clipped.insert(self.clipped(reference))
         };
         Some(Admitted { attitude, r: Mat3::from_quat(attitude), reference, status })
     }
@@ -67,21 +70,14 @@ impl Cascade {
         size.x <= limit && size.y <= limit && size.z <= limit
     }
 
-    /// The reference with its acceleration clipped to `M_p`, so that (19) and (20) hold whatever the
-    /// reference, put in `place`; its derivatives stay. `None` if the reference is out of range.
+    /// The reference with its acceleration clipped to `M_p`, so that (19) and (20) hold whatever
+    /// the reference; its derivatives stay.
     #[cold]
     #[inline(never)]
-    fn clipped<'a>(
-        &self,
-        reference: &Reference,
-        place: &'a mut Option<Reference>,
-    ) -> Option<&'a Reference> {
-        if !in_range(reference) {
-            return None;
-        }
-        let acceleration_world =
-            clip(reference.acceleration_world, self.reference_acceleration_max);
-        Some(place.insert(Reference { acceleration_world, ..*reference }))
+    fn clipped(&self, reference: &Reference) -> Reference {
+        let limit = self.reference_acceleration_max;
+        let acceleration_world = clip(reference.acceleration_world, limit);
+        Reference { acceleration_world, ..*reference }
     }
 
     /// A step without usable input or result: the last wrench again, and no estimate moves.
