@@ -6,7 +6,6 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use ctrl_core::controller::ControllerConfig;
-use sim::number::number;
 use sim::scenario::document::TomlText;
 use sim::scenario::{BuiltIn, LoadedScenario, Scenario, ScenarioError};
 
@@ -233,7 +232,8 @@ impl Request {
         .into_iter()
         .find(|&(_, value, lower, upper, _)| !(lower <= value && value <= upper))
         .map(|(path, value, lower, upper, unit)| {
-            let [value, lower, upper] = [value, lower, upper].map(number);
+            // The shortest decimals in the core's precision: without what widening to f64 adds.
+            let [value, lower, upper] = [value, lower, upper].map(|number| number as f32);
             (path, format!("{value} must be in [{lower}, {upper}] {unit}"))
         })
     }
