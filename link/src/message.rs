@@ -1,7 +1,7 @@
 //! The messages of both directions.
 //!
 //! The order of the variants and of the fields is the wire format: append only, and raise
-//! [`VERSION`](super::VERSION) for anything else. Every message but the samples is answered by an
+//! [`VERSION`] for anything else. Every message but the samples is answered by an
 //! [`Acknowledgement`]; each may be sent again when its answer is lost.
 
 use glam::{Quat, Vec3};

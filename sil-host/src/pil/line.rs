@@ -91,7 +91,7 @@ impl Line {
     }
 
     /// Bytes of a vehicle in lock step, until `complete` returns `true` for all of them; the bytes of
-    /// `again` are sent after each [`RETRY`] of silence of a wire. A packet of an emulator is complete.
+    /// `again` are sent after each half second of silence of a wire. A packet of an emulator is complete.
     ///
     /// # Errors
     /// As [`listen`](Self::listen), and when a wire is silent all the same.

@@ -24,6 +24,9 @@ const HELD: i32 = 0;
 const VIOLATED: i32 = 1;
 const VEHICLE_FAILED: i32 = 4;
 
+/// Image of the firmware for the emulator, where `cargo xtask ci` leaves it.
+const IMAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/firmware-emulator");
+
 /// A folder to run the program in.
 pub struct Program {
     folder: PathBuf,
@@ -70,7 +73,7 @@ impl Program {
             Some(&"tune") if has("--no-check") => (&[], &[HELD]),
             Some(&"tune") => (&["--no-check"], &[HELD]),
             Some(&"pil") if cfg!(feature = "emulator-tests") && !has("--port") => {
-                (&["--quiet", "--set", "duration=0.5"], &[HELD, VIOLATED])
+                (&["--quiet", "--set", "duration=0.5", "--image", IMAGE], &[HELD, VIOLATED])
             }
             Some(&"pil") if has("--port") => (&["--quiet"], &[VEHICLE_FAILED]),
             Some(&"pil") => (&["--quiet", "--image", "missing"], &[VEHICLE_FAILED]),
