@@ -24,7 +24,6 @@ use defmt_semihosting as _;
 
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
-    use core::mem::MaybeUninit;
     use core::sync::atomic::Ordering::Relaxed;
 
     use cortex_m::peripheral::SCB;
@@ -80,16 +79,13 @@ mod app {
         events: EventLog,
     }
 
-    /// The memory of the session holds a whole path: it is a static, and filled in place.
+    /// The memory of the session holds a whole path: it is a static, zero at first, and filled in place.
     #[init(local = [queue: Queue<u8, RECEIVED> = Queue::new(),
-                    memory: MaybeUninit<SessionMemory> = MaybeUninit::uninit()])]
+                    memory: SessionMemory = SessionMemory::new()])]
     fn init(mut cx: init::Context) -> (Shared, Local) {
         // build.rs has checked all of these: an error means a damaged image.
-        let (Ok(vehicle), Ok(mut mission)) =
-            (vehicle::vehicle_config(), scenario::built_in_mission())
-        else {
-            panic!("damaged configuration");
-        };
+        let Ok(vehicle) = vehicle::vehicle_config() else { panic!("damaged vehicle") };
+        let Ok(mut mission) = scenario::built_in_mission() else { panic!("damaged scenario") };
         let mut thrust_max = [0.0; ROTORS];
         for (max, rotor) in thrust_max.iter_mut().zip(&vehicle.geometry.rotors) {
             *max = rotor.thrust.upper;
@@ -104,7 +100,7 @@ mod app {
         let (store, found) = ParameterStore::open(peripherals.storage);
         let in_force = parameters_in_force(&mut mission, &found);
         let config = SessionConfig::new(Active::NAME, Active::TELEMETRY_PERIOD_MIN, &vehicle);
-        let memory = cx.local.memory.write(SessionMemory::new());
+        let memory = cx.local.memory;
         let Ok(mut session) = HostSession::new(memory, config, &mission, in_force, fault) else {
             panic!("damaged scenario");
         };

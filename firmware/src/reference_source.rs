@@ -5,19 +5,51 @@
 
 use ctrl_core::jet::Jet;
 use ctrl_core::reference::Reference;
-use ctrl_core::trajectory::{AnyTrajectory, CheckedTrajectory, Trajectory};
+use ctrl_core::trajectory::{
+    CheckedTrajectory, Circle, Hover, Lemniscate, RisingCircle, Trajectory, WaypointPath,
+};
 use glam::Vec3;
 
-/// Gives the reference of each tick; has the memory for one trajectory.
+/// Gives the reference of each tick; has the memory for one path.
 #[derive(Clone, Debug)]
 pub struct ReferenceSource {
-    /// Followed unless `streaming`.
-    trajectory: AnyTrajectory,
-    streaming: bool,
+    followed: Followed,
+    /// Built in place and never moved: it takes kilobytes.
+    path: WaypointPath,
+    /// Of the selected trajectory.
+    limits: TrajectoryLimits,
     timeout: u32,
     streamed: Option<Streamed>,
     /// The tick of flight that the trajectory was evaluated at last, and the result.
     latest: Option<(u32, Reference)>,
+}
+
+/// Selected source of references.
+#[derive(Clone, Copy, Debug)]
+enum Followed {
+    Stream,
+    Path,
+    Hover(Hover),
+    RisingCircle(RisingCircle),
+    Circle(Circle),
+    Lemniscate(Lemniscate),
+}
+
+/// Properties of a trajectory that a controller has to accept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrajectoryLimits {
+    /// Bound of each component of the acceleration (m/s^2).
+    pub acceleration_bound: f32,
+    /// Time between two ticks (s).
+    pub step_period: f32,
+}
+
+impl From<&CheckedTrajectory<'_>> for TrajectoryLimits {
+    fn from(trajectory: &CheckedTrajectory) -> Self {
+        let (acceleration_bound, step_period) =
+            (trajectory.acceleration_bound(), trajectory.step_period());
+        Self { acceleration_bound, step_period }
+    }
 }
 
 /// The latest reference of the host.
@@ -32,14 +64,23 @@ impl ReferenceSource {
     /// trajectory is selected.
     #[must_use]
     pub const fn new(timeout: u32) -> Self {
-        let trajectory = AnyTrajectory::unbuilt();
-        Self { trajectory, streaming: true, timeout, streamed: None, latest: None }
+        Self {
+            followed: Followed::Stream,
+            path: WaypointPath::unbuilt(),
+            limits: TrajectoryLimits { acceleration_bound: 0.0, step_period: 0.0 },
+            timeout,
+            streamed: None,
+            latest: None,
+        }
     }
 
-    /// The selected trajectory; none while a stream is followed.
+    /// Limits of the selected trajectory; none while a stream is followed.
     #[must_use]
-    pub const fn trajectory(&self) -> Option<&AnyTrajectory> {
-        if self.streaming { None } else { Some(&self.trajectory) }
+    pub const fn limits(&self) -> Option<TrajectoryLimits> {
+        match self.followed {
+            Followed::Stream => None,
+            _ => Some(self.limits),
+        }
     }
 
     /// Sets the timeout of the stream (ticks).
@@ -47,19 +88,42 @@ impl ReferenceSource {
         self.timeout = timeout;
     }
 
-    /// Follows a trajectory from now on; it is built in place of the one before.
+    /// Follows a trajectory from now on; a path is built in place of the one before.
     pub fn follow(&mut self, trajectory: &CheckedTrajectory) {
-        trajectory.build_into(&mut self.trajectory);
-        self.forget(false);
+        self.limits = trajectory.into();
+        let followed = match trajectory {
+            CheckedTrajectory::Hover(trajectory) => Followed::Hover(*trajectory),
+            CheckedTrajectory::RisingCircle(trajectory) => Followed::RisingCircle(*trajectory),
+            CheckedTrajectory::Circle(trajectory) => Followed::Circle(*trajectory),
+            CheckedTrajectory::Lemniscate(trajectory) => Followed::Lemniscate(*trajectory),
+            CheckedTrajectory::WaypointPath(checked) => {
+                checked.build_into(&mut self.path);
+                Followed::Path
+            }
+        };
+        self.select(followed);
     }
 
     /// Follows the stream from now on.
     pub fn follow_stream(&mut self) {
-        self.forget(true);
+        self.select(Followed::Stream);
     }
 
-    fn forget(&mut self, streaming: bool) {
-        (self.streaming, self.streamed, self.latest) = (streaming, None, None);
+    fn select(&mut self, followed: Followed) {
+        (self.followed, self.streamed, self.latest) = (followed, None, None);
+    }
+
+    /// The trajectory's reference at a tick of flight; none while a stream is followed.
+    fn on_trajectory(&self, flight_tick: u32) -> Option<Reference> {
+        let tick = u64::from(flight_tick);
+        match &self.followed {
+            Followed::Stream => None,
+            Followed::Path => Some(self.path.reference(tick)),
+            Followed::Hover(trajectory) => Some(trajectory.reference(tick)),
+            Followed::RisingCircle(trajectory) => Some(trajectory.reference(tick)),
+            Followed::Circle(trajectory) => Some(trajectory.reference(tick)),
+            Followed::Lemniscate(trajectory) => Some(trajectory.reference(tick)),
+        }
     }
 
     /// Takes a reference that came at tick `uptime`.
@@ -70,16 +134,15 @@ impl ReferenceSource {
     /// The reference after `flight_tick` ticks of flight, zero on the ground, at tick `uptime`;
     /// `position_world` is the vehicle's position (m), held while nothing is streamed.
     pub fn next(&mut self, flight_tick: u32, uptime: u32, position_world: Vec3) -> Reference {
-        if !self.streaming {
-            // Needed several times per tick; its sine takes longer than a control step.
-            return match self.latest {
-                Some((tick, reference)) if tick == flight_tick => reference,
-                _ => {
-                    let reference = self.trajectory.reference(u64::from(flight_tick));
-                    self.latest = Some((flight_tick, reference));
-                    reference
-                }
-            };
+        // Needed several times per tick; a trajectory's sine takes longer than a control step.
+        if let Some((tick, reference)) = self.latest
+            && tick == flight_tick
+        {
+            return reference;
+        }
+        if let Some(reference) = self.on_trajectory(flight_tick) {
+            self.latest = Some((flight_tick, reference));
+            return reference;
         }
         let Some(Streamed { reference, uptime: since }) = self.streamed else {
             return Reference::hover(position_world);
@@ -106,7 +169,11 @@ fn standstill(reference: &Reference) -> Reference {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ctrl_core::trajectory::{CircleConfig, Heading, TrajectoryConfig};
+    use ctrl_core::list::List;
+    use ctrl_core::trajectory::{
+        AnyTrajectory, CircleConfig, Heading, HoverConfig, Leg, TrajectoryConfig,
+        WaypointPathConfig,
+    };
 
     const TIMEOUT: u32 = 3;
     const HERE: Vec3 = Vec3::new(7.0, 8.0, 9.0);
@@ -138,7 +205,9 @@ mod tests {
     #[test]
     fn a_trajectory_is_asked_for_the_tick_of_flight_and_ignores_the_stream() {
         let mut source = on_circle();
-        assert_eq!(source.trajectory(), Some(&circle()));
+        let limits = source.limits().unwrap();
+        assert_eq!(limits.acceleration_bound, circle().acceleration_bound());
+        assert_eq!(limits.step_period, circle().step_period());
         assert_eq!(source.next(0, 5000, HERE), circle().reference(0));
         source.receive(place(1.0), 6233);
         for tick in [1234, 1234, 1235, 0] {
@@ -173,8 +242,29 @@ mod tests {
         source.follow(&config().check(1e-3).unwrap());
         assert_eq!(source.next(0, 0, HERE), circle().reference(0));
         source.follow_stream();
-        assert_eq!(source.trajectory(), None);
+        assert_eq!(source.limits(), None);
         assert_eq!(source.next(0, 0, HERE), Reference::hover(HERE));
+    }
+
+    #[test]
+    fn memory_of_one_kind_takes_every_other() {
+        let hover = TrajectoryConfig::Hover(HoverConfig { position_world: Vec3::Z, yaw: 0.5 });
+        let path = |x: f32| {
+            let legs = List::from_slice(&[Leg::to(Vec3::X * x, 4.0)]).unwrap();
+            TrajectoryConfig::WaypointPath(WaypointPathConfig {
+                start_world: Vec3::ZERO,
+                yaw: 0.0,
+                legs,
+            })
+        };
+        let mut source = ReferenceSource::new(TIMEOUT);
+        for config in [hover.clone(), path(1.0), path(2.0), config(), path(1.0), hover] {
+            source.follow(&config.check(1e-3).unwrap());
+            let expected = config.build(1e-3).unwrap();
+            for tick in [0, 1500, 9000] {
+                assert_eq!(source.next(tick, 0, HERE), expected.reference(tick.into()));
+            }
+        }
     }
 
     #[test]

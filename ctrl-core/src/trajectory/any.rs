@@ -72,7 +72,7 @@ impl TrajectoryConfig {
 /// A trajectory configuration that has passed every check; a path is not built yet.
 ///
 /// A built path takes kilobytes. With this value a controller can judge the trajectory first, and
-/// [`build_into`](Self::build_into) then writes it into the memory that it is flown from.
+/// [`CheckedPath::build_into`] then writes a path into the memory that it is flown from.
 #[derive(Clone, Debug)]
 pub enum CheckedTrajectory<'a> {
     /// Standing still.
@@ -116,20 +116,13 @@ impl CheckedTrajectory<'_> {
     /// The trajectory by value.
     #[must_use]
     pub fn build(&self) -> AnyTrajectory {
-        let mut trajectory = AnyTrajectory::WaypointPath(WaypointPath::unbuilt());
-        self.build_into(&mut trajectory);
-        trajectory
-    }
-
-    /// Writes the trajectory into `slot`, in place of what was there.
-    pub fn build_into(&self, slot: &mut AnyTrajectory) {
-        *slot = match self {
+        match self {
             Self::Hover(trajectory) => AnyTrajectory::Hover(*trajectory),
             Self::RisingCircle(trajectory) => AnyTrajectory::RisingCircle(*trajectory),
             Self::Circle(trajectory) => AnyTrajectory::Circle(*trajectory),
             Self::Lemniscate(trajectory) => AnyTrajectory::Lemniscate(*trajectory),
-            Self::WaypointPath(checked) => return checked.build_into_any(slot),
-        };
+            Self::WaypointPath(checked) => AnyTrajectory::WaypointPath(checked.build()),
+        }
     }
 }
 
@@ -147,26 +140,6 @@ pub enum AnyTrajectory {
     Lemniscate(Lemniscate),
     /// Legs through waypoints.
     WaypointPath(WaypointPath),
-}
-
-impl AnyTrajectory {
-    /// Memory for a path, to be [built into](CheckedTrajectory::build_into).
-    #[must_use]
-    pub const fn unbuilt() -> Self {
-        Self::WaypointPath(WaypointPath::unbuilt())
-    }
-}
-
-impl CheckedPath<'_> {
-    /// As [`build_into`](Self::build_into); memory of another kind becomes that of a path.
-    pub fn build_into_any(&self, slot: &mut AnyTrajectory) {
-        if !matches!(slot, AnyTrajectory::WaypointPath(_)) {
-            *slot = AnyTrajectory::unbuilt();
-        }
-        if let AnyTrajectory::WaypointPath(path) = slot {
-            self.build_into(path);
-        }
-    }
 }
 
 /// Evaluates the expression for whichever kind it is.
@@ -240,22 +213,6 @@ mod tests {
         let chosen = TrajectoryConfig::Circle(config).build(2e-3).unwrap();
         let circle = Circle::new(&config, 2e-3).unwrap();
         assert_eq!(chosen.reference(777), circle.reference(777));
-    }
-
-    #[test]
-    fn memory_of_one_kind_takes_every_other() {
-        let hover = TrajectoryConfig::Hover(HoverConfig { position_world: Vec3::Z, yaw: 0.5 });
-        let legs = crate::list::List::from_slice(&[Leg::to(Vec3::X, 4.0)]).unwrap();
-        let path = WaypointPathConfig { start_world: Vec3::ZERO, yaw: 0.0, legs };
-        let path = TrajectoryConfig::WaypointPath(path);
-        let mut slot = AnyTrajectory::unbuilt();
-        for config in [&hover, &path, &path, &hover] {
-            let checked = config.check(1e-3).unwrap();
-            checked.build_into(&mut slot);
-            assert_eq!(slot, config.build(1e-3).unwrap());
-            assert_eq!(checked.acceleration_bound(), slot.acceleration_bound());
-            assert_eq!(checked.step_period(), 1e-3);
-        }
     }
 
     #[test]

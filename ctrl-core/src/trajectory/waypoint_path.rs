@@ -184,12 +184,14 @@ impl WaypointPath {
         Ok(config.check(step_period)?.build())
     }
 
-    /// A path without legs, to be [built](CheckedPath::build_into).
-    pub(super) const fn unbuilt() -> Self {
+    /// A path without legs, to be [built](CheckedPath::build_into). Every byte of it is zero, so that a
+    /// static of it needs no initial values; its references are invalid (no left axis).
+    #[must_use]
+    pub const fn unbuilt() -> Self {
         Self {
             segments: List::empty(Segment::ZERO),
-            forward_world: Vec3::X,
-            end: Reference::hover(Vec3::ZERO),
+            forward_world: Vec3::ZERO,
+            end: Reference { left_world: Vec3::ZERO, ..Reference::hover(Vec3::ZERO) },
             acceleration_bound: 0.0,
             step_period: 0.0,
         }

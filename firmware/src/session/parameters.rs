@@ -10,8 +10,8 @@ impl HostSession<'_> {
     /// Takes a tuning if its controller is valid and accepts the selected trajectory.
     pub(super) fn tune(&mut self, tuning: Tuning) -> Result<(), Rejection> {
         let law = tuning.controller()?;
-        if let Some(trajectory) = self.memory.references.trajectory() {
-            law.accept(trajectory)?;
+        if let Some(limits) = self.memory.references.limits() {
+            law.accept_limits(limits.acceleration_bound, limits.step_period)?;
         }
         (self.tuning, self.law, self.law_changed) = (tuning, law, true);
         self.in_force.changed = true;
