@@ -40,6 +40,31 @@ pub struct CascadeGains {
     pub delta_min_rotation: f32,
 }
 
+/// Integral action against disturbances that last: two estimates, each projected onto its bound.
+///
+/// Off by default, which leaves the paper's laws. A bound and its gain are both positive or both zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct IntegralAction {
+    /// `D_c`: bound of each horizontal component of the lasting disturbance acceleration, which comes
+    /// on top of `D1` (m/s^2); zero switches the estimate off.
+    pub acceleration_max: f32,
+    /// `gamma_d`: gain of its estimate (m/s^2).
+    pub gamma_d: f32,
+    /// `D_t`: bound of each component of the lasting disturbance torque, which comes on top of `D2`
+    /// (N m); zero switches the estimate off.
+    pub torque_max: f32,
+    /// `gamma_t`: gain of its estimate (N m for controller 1, 1/s^2 for controller 2).
+    pub gamma_t: f32,
+}
+
+impl IntegralAction {
+    /// No integral action.
+    pub const OFF: Self =
+        Self { acceleration_max: 0.0, gamma_d: 0.0, torque_max: 0.0, gamma_t: 0.0 };
+}
+
 /// Configuration of controller 1, the robust adaptive controller (Theorem 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
@@ -59,6 +84,9 @@ pub struct RobustAdaptiveConfig {
     pub k4: f32,
     /// `gamma2`: adaptation gain of the inertia; zero switches it off.
     pub gamma2: f32,
+    /// Integral action against lasting disturbances; off by default.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub integral: IntegralAction,
 }
 
 /// Configuration of controller 2, with limited thrust and torque (Theorem 2).
@@ -88,6 +116,9 @@ pub struct SaturatedConfig {
     pub gamma2: f32,
     /// `gamma3`: adaptation gain of the gyroscopic ratios; zero switches it off.
     pub gamma3: f32,
+    /// Integral action against lasting disturbances; off by default.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub integral: IntegralAction,
 }
 
 /// Point of resumption of a controller: its estimates, and the decay of the smoothing.
@@ -110,4 +141,7 @@ pub struct Checkpoint {
     pub gyroscopic_ratio: Vec3,
     /// Auxiliary system, controller 2.
     pub auxiliary: crate::controller::Auxiliary,
+    /// Estimates of the integral action.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub lasting: crate::controller::LastingEstimates,
 }

@@ -25,7 +25,7 @@
 //! One step at rest on the reference: the thrust is the estimated weight.
 //!
 //! ```
-//! use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig};
+//! use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig};
 //! use ctrl_core::controller::TrackingController;
 //! use ctrl_core::reference::Reference;
 //! use ctrl_core::robust_adaptive::RobustAdaptive;
@@ -48,6 +48,7 @@
 //!     },
 //!     k4: 0.5,
 //!     gamma2: 0.01,
+//!     integral: IntegralAction::OFF,
 //! })?;
 //! let mut state = controller.initial_state();
 //! let height = Vec3::new(0.0, 0.0, 5.0);

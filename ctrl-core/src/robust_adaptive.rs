@@ -7,15 +7,16 @@
 //! tau = -k4 w_e - eps_e + Y a_hat - D2 h(w_e, delta_r)                       (34)
 //! a_hat' = Proj[J_lo, J_hi]( -gamma2 Y^T w_e )                               (35)
 //! ```
+//! With integral action, `tau` less `t_hat`, `t_hat' = Proj[-D_t, D_t]( gamma_t w_e )`.
 
 use glam::{Quat, Vec3};
 
 use crate::adaptation::Estimate;
-use crate::cascade::{Cascade, CascadeState, Evaluation};
+use crate::cascade::{Cascade, CascadeState, Evaluation, TorqueEstimate};
 use crate::config::{Checkpoint, RobustAdaptiveConfig};
 use crate::controller::{
-    AdaptiveController, Auxiliary, Estimates, Intermediates, StepOutput, StepStatus,
-    TrackingController,
+    AdaptiveController, Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput,
+    StepStatus, TrackingController,
 };
 use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, require};
 use crate::reference::Reference;
@@ -43,6 +44,8 @@ struct Law {
     rate_error: Vec3,
     torque: Vec3,
     inertia_rate: Vec3,
+    /// `t_hat'`.
+    lasting_rate: Vec3,
 }
 
 impl RobustAdaptive {
@@ -69,6 +72,10 @@ impl RobustAdaptive {
             config.uncertainty,
             config.initial,
             config.cascade,
+            (
+                &config.integral,
+                TorqueEstimate { divisor: 1.0, gain_max: 1.0 / config.uncertainty.inertia.lower },
+            ),
             judge,
         )?;
         judge.require("k4", config.k4, Bound::Positive, "(34)")?;
@@ -98,8 +105,9 @@ impl RobustAdaptive {
             let set = Bound::Inside(lower, upper);
             require("checkpoint.inertia", component, set, "the set of a_hat, (35)")?;
         }
+        let torque = (checkpoint.lasting.torque_body, "checkpoint.lasting.torque_body");
         Ok(RobustAdaptiveState {
-            cascade: self.cascade.resume(checkpoint.elapsed, checkpoint.inverse_mass)?,
+            cascade: self.cascade.resume(checkpoint, torque)?,
             inertia: Estimate::new(checkpoint.inertia),
         })
     }
@@ -113,12 +121,18 @@ impl RobustAdaptive {
         let inertia = state.inertia.value();
         let regressor_inertia = w.cross(w * inertia) + mu_dot * inertia; // Y a_hat
         let sign = smooth_sign_value(rate_error, cascade.delta_squared_rotation(&state.cascade));
-        let torque = regressor_inertia
+        let mut torque = regressor_inertia
             - config.k4 * rate_error
             - vector_part(evaluation.attitude_error)
             - config.uncertainty.disturbance_torque * sign; // (34)
+        let mut lasting_rate = Vec3::ZERO;
+        if let Some(integral) = &cascade.integral.torque {
+            let t_hat = state.cascade.integral.torque.value();
+            torque -= t_hat;
+            lasting_rate = integral.rate(t_hat, rate_error);
+        }
         let transposed = w * rate_error.cross(w) + mu_dot * rate_error; // Y^T w_e
-        Law { rate_error, torque, inertia_rate: -config.gamma2 * transposed } // (35)
+        Law { rate_error, torque, inertia_rate: -config.gamma2 * transposed, lasting_rate } // (35)
     }
 
     /// Advances the memory; called only when every number is finite.
@@ -135,6 +149,7 @@ impl RobustAdaptive {
         if state.inertia.advance(increment, lower, upper) {
             status |= StepStatus::INERTIA_PROJECTED;
         }
+        status |= self.cascade.integrate_torque(&mut state.cascade, law.lasting_rate);
         self.cascade.commit(&mut state.cascade, evaluation, law.torque, law.torque, status)
     }
 }
@@ -188,6 +203,7 @@ impl AdaptiveController for RobustAdaptive {
             torque_demand_body: law.torque,
             torque_body: law.torque,
             inertia_rate: law.inertia_rate,
+            lasting_torque_rate: law.lasting_rate,
             ..evaluation.intermediates(&self.cascade, &state.cascade)
         });
         self.commit(state, &evaluation, &law)
@@ -216,5 +232,14 @@ impl AdaptiveController for RobustAdaptive {
 
     fn auxiliary(&self, _: &RobustAdaptiveState) -> Auxiliary {
         Auxiliary::REST
+    }
+
+    fn lasting(&self, state: &RobustAdaptiveState) -> LastingEstimates {
+        let integral = &state.cascade.integral;
+        LastingEstimates {
+            acceleration_world: integral.force.value(),
+            torque_body: integral.torque.value(),
+            angular_acceleration_body: Vec3::ZERO,
+        }
     }
 }

@@ -11,17 +11,18 @@
 //! theta_hat' = Proj[1/J_hi, 1/J_lo]( gamma2 tau w_e )                         (51)
 //! Pi_hat'    = Proj[-1, 1]( gamma3 B w_e )                                    (52)
 //! ```
+//! With integral action, the bracket of (50) less `s_hat`, `s_hat' = Proj[-D_t/J_lo, D_t/J_lo]( gamma_t w_e )`.
 //! The auxiliary system with `q_a` and `w_a`, (38) to (41), is in `auxiliary.rs`.
 
 use glam::{Quat, Vec3};
 
 use crate::adaptation::Estimate;
 use crate::auxiliary::{AuxiliaryIntegrator, attitude_rate, rate_dot};
-use crate::cascade::{Cascade, CascadeState, Evaluation};
+use crate::cascade::{Cascade, CascadeState, Evaluation, TorqueEstimate};
 use crate::config::{Checkpoint, SaturatedConfig};
 use crate::controller::{
-    AdaptiveController, Auxiliary, Estimates, Intermediates, StepOutput, StepStatus,
-    TrackingController,
+    AdaptiveController, Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput,
+    StepStatus, TrackingController,
 };
 use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, require};
 use crate::reference::Reference;
@@ -63,6 +64,8 @@ struct Law {
     theta: Vec3,
     inverse_inertia_rate: Vec3,
     gyroscopic_ratio_rate: Vec3,
+    /// `s_hat'`.
+    lasting_rate: Vec3,
 }
 
 impl Law {
@@ -97,11 +100,18 @@ impl Saturated {
             config.uncertainty,
             config.initial,
             config.cascade,
+            (
+                &config.integral,
+                TorqueEstimate {
+                    divisor: config.uncertainty.inertia.lower,
+                    gain_max: config.uncertainty.inertia.upper / config.uncertainty.inertia.lower,
+                },
+            ),
             judge,
         )?;
         judge.require("thrust_max", config.thrust_max, Bound::Positive, "M_f, (7)")?;
         let limit = Bound::AtMost(config.thrust_max);
-        let name = "m_hi (sqrt(3) (M1 + M2 + D1 + M_p) + g)";
+        let name = "m_hi (sqrt(3) (M1 + M2 + D1 + D_c + M_p) + g)";
         judge.require(name, cascade.bounds.thrust_max, limit, "thrust_max M_f, (54)")?;
         judge.require("torque_max", config.torque_max, Bound::Positive, "M_tau, (8)")?;
         judge.require("k4", config.k4, Bound::Positive, "(50)")?;
@@ -152,8 +162,10 @@ impl Saturated {
             let range = Bound::Inside(-self.auxiliary.rate_max, self.auxiliary.rate_max);
             require("checkpoint.auxiliary.rate", component, range, "0.5 rad per step")?;
         }
+        let name = "checkpoint.lasting.angular_acceleration_body";
+        let torque = (checkpoint.lasting.angular_acceleration_body, name);
         Ok(SaturatedState {
-            cascade: self.cascade.resume(checkpoint.elapsed, checkpoint.inverse_mass)?,
+            cascade: self.cascade.resume(checkpoint, torque)?,
             inverse_inertia: Estimate::new(checkpoint.inverse_inertia),
             gyroscopic_ratio: Estimate::new(checkpoint.gyroscopic_ratio),
             auxiliary: (checkpoint.auxiliary != Auxiliary::REST).then_some(checkpoint.auxiliary),
@@ -172,11 +184,17 @@ impl Saturated {
         let products = Vec3::new(w.y * w.z, w.x * w.z, w.x * w.y); // B
         let sign = smooth_sign_value(rate_error, cascade.delta_squared_rotation(&state.cascade));
         let theta = state.inverse_inertia.value();
-        let demand = evaluation.virtual_rate.mu_dot
+        let mut demand = evaluation.virtual_rate.mu_dot
             - config.k4 * without_auxiliary
             - vector_part(evaluation.attitude_error)
             - state.gyroscopic_ratio.value() * products
             - self.disturbance_rate * sign;
+        let mut lasting_rate = Vec3::ZERO;
+        if let Some(integral) = &cascade.integral.torque {
+            let s_hat = state.cascade.integral.torque.value();
+            demand -= s_hat;
+            lasting_rate = integral.rate(s_hat, rate_error);
+        }
         let torque_demand = demand / theta; // (50)
         let torque = clip(torque_demand, config.torque_max); // (37)
         Law {
@@ -186,6 +204,7 @@ impl Saturated {
             theta,
             inverse_inertia_rate: config.gamma2 * torque * rate_error, // (51)
             gyroscopic_ratio_rate: config.gamma3 * products * rate_error, // (52)
+            lasting_rate,
         }
     }
 
@@ -202,6 +221,7 @@ impl Saturated {
         if theta | pi {
             status |= StepStatus::INERTIA_PROJECTED;
         }
+        status |= self.cascade.integrate_torque(&mut state.cascade, law.lasting_rate);
         if saturated || state.auxiliary.is_some() {
             let rate_world = evaluation.virtual_rate.auxiliary_rate_world;
             let drive = law.auxiliary_drive();
@@ -286,6 +306,7 @@ impl AdaptiveController for Saturated {
             torque_body: law.torque,
             inverse_inertia_rate: law.inverse_inertia_rate,
             gyroscopic_ratio_rate: law.gyroscopic_ratio_rate,
+            lasting_torque_rate: law.lasting_rate,
             auxiliary_attitude_rate: attitude_rate(
                 state.auxiliary,
                 evaluation.virtual_rate.auxiliary_rate_world,
@@ -319,5 +340,14 @@ impl AdaptiveController for Saturated {
 
     fn auxiliary(&self, state: &SaturatedState) -> Auxiliary {
         state.auxiliary.unwrap_or(Auxiliary::REST)
+    }
+
+    fn lasting(&self, state: &SaturatedState) -> LastingEstimates {
+        let integral = &state.cascade.integral;
+        LastingEstimates {
+            acceleration_world: integral.force.value(),
+            torque_body: Vec3::ZERO,
+            angular_acceleration_body: integral.torque.value(),
+        }
     }
 }

@@ -3,7 +3,7 @@
 //! The laws differentiate with the model's `v'` and `v''`. Here the plant is that model (known mass, no
 //! disturbance, no adaptation, constant smoothing width), so the flight's own derivatives are exact.
 
-use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::{AdaptiveController, ControllerConfig, Intermediates};
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::{CircleConfig, Heading, Trajectory, TrajectoryConfig};
@@ -67,6 +67,7 @@ fn configurations() -> [ControllerConfig; 2] {
             cascade,
             k4: 0.5,
             gamma2: 0.0,
+            integral: IntegralAction::OFF,
         }),
         ControllerConfig::Saturated(SaturatedConfig {
             step_period,
@@ -80,6 +81,7 @@ fn configurations() -> [ControllerConfig; 2] {
             k5: 1.0,
             gamma2: 0.0,
             gamma3: 0.0,
+            integral: IntegralAction::OFF,
         }),
     ]
 }

@@ -2,8 +2,12 @@
 //! 64-bit implementation (`data/golden_steps.jsonl`, 12 steps of each controller, SI units, quaternions
 //! scalar first; `memory` is the state before the step, `expected` the law before discretisation).
 
-use ctrl_core::config::{CascadeGains, Checkpoint, RobustAdaptiveConfig, SaturatedConfig};
-use ctrl_core::controller::{AdaptiveController, Auxiliary, ControllerConfig, Intermediates};
+use ctrl_core::config::{
+    CascadeGains, Checkpoint, IntegralAction, RobustAdaptiveConfig, SaturatedConfig,
+};
+use ctrl_core::controller::{
+    AdaptiveController, Auxiliary, ControllerConfig, Intermediates, LastingEstimates,
+};
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
@@ -102,6 +106,7 @@ impl GoldenStep {
             inverse_inertia: or("theta_hat", Vec3::splat(16.0)),
             gyroscopic_ratio: or("Pi_hat", Vec3::ZERO),
             auxiliary,
+            lasting: LastingEstimates::default(),
         }
     }
 
@@ -143,6 +148,7 @@ impl GoldenStep {
                 k5: gain("k5"),
                 gamma2,
                 gamma3: gain("gamma3") * adaptation,
+                integral: IntegralAction::OFF,
             })
         } else {
             ControllerConfig::RobustAdaptive(RobustAdaptiveConfig {
@@ -153,6 +159,7 @@ impl GoldenStep {
                 cascade,
                 k4,
                 gamma2,
+                integral: IntegralAction::OFF,
             })
         }
     }

@@ -84,6 +84,10 @@ macro_rules! table {
             "initial.inertia.x" => initial.inertia.x,
             "initial.inertia.y" => initial.inertia.y,
             "initial.inertia.z" => initial.inertia.z,
+            "integral.acceleration_max" => integral.acceleration_max,
+            "integral.gamma_d" => integral.gamma_d,
+            "integral.torque_max" => integral.torque_max,
+            "integral.gamma_t" => integral.gamma_t,
         );
     };
     (@ $config:ty: $($name:literal => $($field:ident).+,)*) => {

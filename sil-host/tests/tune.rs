@@ -274,7 +274,7 @@ fn assert_short_hover(proposal: &Proposal) {
     let changes = [format!("duration={duration}")];
     let loaded = LoadedScenario::parse("hover", &proposal.scenario(), &changes).expect("flies");
     let scenario = loaded.scenario();
-    let parameters = scenario.vehicle.into();
+    let parameters = scenario.plant_parameters();
     let mut monitors = Guarantees::new(
         &scenario.guarantees,
         &scenario.controller,

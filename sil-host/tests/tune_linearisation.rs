@@ -3,7 +3,7 @@
 
 use ctrl_core::config::Checkpoint;
 use ctrl_core::controller::ControllerConfig;
-use ctrl_core::controller::{AdaptiveController, Auxiliary};
+use ctrl_core::controller::{AdaptiveController, Auxiliary, LastingEstimates};
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
@@ -43,6 +43,7 @@ fn fly(
         inverse_inertia: Vec3::splat((1.0 / corner.inertia_estimate) as f32),
         gyroscopic_ratio: Vec3::ZERO,
         auxiliary: Auxiliary::REST,
+        lasting: LastingEstimates::default(),
     };
     match law {
         ControllerConfig::RobustAdaptive(config) => {
@@ -66,7 +67,7 @@ fn flown<C: AdaptiveController>(
     start: DVec4,
     ticks: u32,
 ) -> Vec<DVec4> {
-    let parameters = PlantParameters { mass: corner.mass, inertia: DVec3::splat(corner.inertia) };
+    let parameters = PlantParameters::new(corner.mass, DVec3::splat(corner.inertia));
     let body = RigidBody::new(&parameters, controller.step_period().into(), 1);
     let reference = Reference::hover(Vec3::ZERO);
     let mut truth = placed(axis, start);

@@ -1,7 +1,8 @@
 //! Controller and vehicle in closed loop, one control tick after the other.
 
 use ctrl_core::controller::{
-    AdaptiveController, Auxiliary, Estimates, Intermediates, StepOutput, TrackingController,
+    AdaptiveController, Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput,
+    TrackingController,
 };
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::Trajectory;
@@ -22,6 +23,8 @@ pub struct LawQuantities {
     pub estimates: Estimates,
     /// Auxiliary system before the step's update.
     pub auxiliary: Auxiliary,
+    /// Estimates of the integral action before the step's update.
+    pub lasting: LastingEstimates,
     /// Every intermediate quantity; all zero when the output was held.
     pub intermediates: Intermediates,
 }
@@ -54,6 +57,7 @@ impl<C: AdaptiveController> ObservedController for C {
         let mut quantities = LawQuantities {
             estimates: self.estimates(state),
             auxiliary: self.auxiliary(state),
+            lasting: self.lasting(state),
             intermediates: Intermediates::default(),
         };
         let output =
@@ -176,6 +180,7 @@ impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
             intermediates: Intermediates::default(),
             estimates: Estimates::NONE,
             auxiliary: Auxiliary::REST,
+            lasting: LastingEstimates::default(),
             disturbance,
             evaluation: Evaluation::default(),
         };
@@ -183,6 +188,7 @@ impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
             tick.intermediates = quantities.intermediates;
             tick.estimates = quantities.estimates;
             tick.auxiliary = quantities.auxiliary;
+            tick.lasting = quantities.lasting;
         }
         match &mut self.evaluator {
             Some(evaluator) => tick.evaluation = evaluator.evaluate(&tick),

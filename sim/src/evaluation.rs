@@ -27,6 +27,8 @@ pub struct Evaluation {
     /// `a`, `theta`: true less estimated parameters, zero where adaptation is off.
     pub(crate) inverse_mass_error: f64,
     pub(crate) inertia_error: DVec3,
+    /// `d_c - d_hat`, and `t_c - t_hat` or `s_c - s_hat`; zero without integral action.
+    pub(crate) lasting_error: [DVec3; 2],
     /// Widths of the translational and the rotational smooth sign.
     pub(crate) delta: (Width, Width),
     /// Increments of the estimates until the next tick, before projection.
@@ -93,10 +95,12 @@ pub(crate) struct Width {
     pub sign_error: f64,
 }
 
-/// Unprojected increments of the estimates over one tick: (14), (35) or (51), (52).
+/// Unprojected increments of the estimates over one tick: (14), (35) or (51), (52), integral action.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Increments {
     pub inverse_mass: f64,
     pub inertia: DVec3,
     pub gyroscopic_ratio: DVec3,
+    /// Of `d_hat`, and of `t_hat` or `s_hat`.
+    pub lasting: [DVec3; 2],
 }

@@ -1,6 +1,6 @@
 //! One control tick of a flight, as observers receive it.
 
-use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, StepOutput};
+use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput};
 use ctrl_core::reference::Reference;
 use glam::DVec3;
 
@@ -32,6 +32,8 @@ pub struct Tick {
     pub estimates: Estimates,
     /// The auxiliary system of the law before this step's update.
     pub auxiliary: Auxiliary,
+    /// The estimates of the law's integral action before this step's update.
+    pub lasting: LastingEstimates,
     /// The disturbance until the next tick.
     pub disturbance: Disturbance,
     /// The Lyapunov function from the truth.

@@ -10,7 +10,7 @@ use sim::plant::{AppliedWrench, Disturbance, PlantParameters, PlantState};
 use sim::scenario::{BUILT_IN, LoadedScenario};
 use sim::tick::Tick;
 
-const BODY: PlantParameters = PlantParameters { mass: 0.85, inertia: DVec3::new(0.03, 0.05, 0.1) };
+const BODY: PlantParameters = PlantParameters::new(0.85, DVec3::new(0.03, 0.05, 0.1));
 const CALM: Disturbance = Disturbance { acceleration_world: DVec3::ZERO, torque_body: DVec3::ZERO };
 const IDEAL: ActuationConfig =
     ActuationConfig { thrust_max: None, torque_max: None, delay: None, rotor_lag: None };
@@ -174,8 +174,11 @@ fn watched(name: &str, changes: &[&str], ticks: u64) -> ActuationRecorder {
     let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
     let loaded = LoadedScenario::open(name, &changes).unwrap_or_else(|error| panic!("{error}"));
     let scenario = loaded.scenario();
-    let mut watch =
-        ActuationRecorder { guarantees: scenario.monitors(), applied: Vec::new(), commanded: Vec::new() };
+    let mut watch = ActuationRecorder {
+        guarantees: scenario.monitors(),
+        applied: Vec::new(),
+        commanded: Vec::new(),
+    };
     loaded.flight().expect("valid").observe(ticks, &mut watch);
     watch
 }
@@ -223,8 +226,11 @@ fn limits_do_not_hide_a_broken_balance() {
     let loaded = LoadedScenario::open("paper-robust-adaptive", &changes).expect("valid");
     let mut scenario = loaded.scenario().clone();
     scenario.actuation.torque_max = Some(10.0);
-    let mut watch =
-        ActuationRecorder { guarantees: scenario.monitors(), applied: Vec::new(), commanded: Vec::new() };
+    let mut watch = ActuationRecorder {
+        guarantees: scenario.monitors(),
+        applied: Vec::new(),
+        commanded: Vec::new(),
+    };
     loaded.flight().expect("valid").observe(2_000, &mut watch);
     assert!(!row(&watch.guarantees.verdicts(), "Lyapunov balance residual").pass);
 }

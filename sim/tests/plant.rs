@@ -9,7 +9,7 @@ use sim::plant::disturbance::{
 use sim::plant::rigid_body::RigidBody;
 use sim::plant::{Disturbance, PlantParameters, PlantState};
 
-const BODY: PlantParameters = PlantParameters { mass: 0.85, inertia: DVec3::new(0.03, 0.05, 0.1) };
+const BODY: PlantParameters = PlantParameters::new(0.85, DVec3::new(0.03, 0.05, 0.1));
 const CALM: Disturbance = Disturbance { acceleration_world: DVec3::ZERO, torque_body: DVec3::ZERO };
 
 fn tumbling() -> PlantState {

@@ -53,7 +53,7 @@ pub fn fly(
 ) -> PlantState {
     (0..ticks).fold(start, |state, tick| {
         let Held { wrench, mass, disturbance } = control(tick, &state);
-        RigidBody::new(&PlantParameters { mass, inertia }, dt, 1).advance(
+        RigidBody::new(&PlantParameters::new(mass, inertia), dt, 1).advance(
             &state,
             &wrench,
             &disturbance,

@@ -106,6 +106,8 @@ impl GoldenStep {
             w_a: w_a.unwrap_or_default(),
             q_e: None,
             r2: DVec3::ZERO,
+            d_hat: DVec3::ZERO,
+            lasting_torque: DVec3::ZERO,
         }
     }
 }

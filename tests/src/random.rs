@@ -6,7 +6,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::paper_example::{Circle, ROBUST_ADAPTIVE_GAINS};
 use crate::single_precision::{rounded, rounded_each};
-use crate::transcription::{Gains, Law, Memory, Quaternion, ReferencePoint, Truth};
+use crate::transcription::{Gains, IntegralGains, Law, Memory, Quaternion, ReferencePoint, Truth};
 
 /// The input of one evaluation of a law. Every number is an `f32`, but that quaternions are of
 /// unit length in `f64`, as the core makes them in `f32`.
@@ -73,6 +73,28 @@ impl Source {
         Step { gains, truth, reference, memory, elapsed }
     }
 
+    /// [`step`](Self::step) with integral action; some estimates are on the border of their sets.
+    pub fn step_with_integral(&mut self, law: Law) -> Step {
+        let mut step = self.step(law);
+        let integral = IntegralGains {
+            d_c: self.number(0.05, 0.5),
+            gamma_d: self.number(0.02, 0.5),
+            d_t: self.number(0.005, 0.04),
+            gamma_t: self.number(0.005, 1.0),
+        };
+        let d_hat = self.inside(integral.d_c);
+        step.gains.integral = integral;
+        step.memory.d_hat = DVec3::new(d_hat.x, d_hat.y, 0.0);
+        step.memory.lasting_torque = self.inside(step.gains.lasting_torque_bound(law));
+        step
+    }
+
+    /// Components within `bound`, one in four at either end.
+    fn inside(&mut self, bound: f64) -> DVec3 {
+        let stretched = self.vector(-4.0 / 3.0, 4.0 / 3.0) * bound;
+        rounded_each(stretched).clamp(DVec3::splat(-bound), DVec3::splat(bound))
+    }
+
     fn gains(&mut self, law: Law) -> Gains {
         let limit = if law == Law::RobustAdaptive { 4.0 } else { 0.45 };
         rounded_gains(&Gains {
@@ -101,6 +123,8 @@ impl Source {
             w_a: if at_rest { DVec3::ZERO } else { self.vector(-1.0, 1.0) },
             q_e: None,
             r2: DVec3::ZERO,
+            d_hat: DVec3::ZERO,
+            lasting_torque: DVec3::ZERO,
         }
     }
 }
@@ -129,6 +153,12 @@ pub fn rounded_gains(gains: &Gains) -> Gains {
         j: gains.j.map(rounded),
         m_tau: rounded(gains.m_tau),
         g: rounded(gains.g),
+        integral: IntegralGains {
+            d_c: rounded(gains.integral.d_c),
+            gamma_d: rounded(gains.integral.gamma_d),
+            d_t: rounded(gains.integral.d_t),
+            gamma_t: rounded(gains.integral.gamma_t),
+        },
     }
 }
 

@@ -1,8 +1,12 @@
 //! The core asked the same question as the transcription: inputs rounded to `f32`, and every
 //! intermediate quantity of its step under the names of the golden file.
 
-use ctrl_core::config::{CascadeGains, Checkpoint, RobustAdaptiveConfig, SaturatedConfig};
-use ctrl_core::controller::{AdaptiveController, Auxiliary, Intermediates, StepOutput};
+use ctrl_core::config::{
+    CascadeGains, Checkpoint, IntegralAction, RobustAdaptiveConfig, SaturatedConfig,
+};
+use ctrl_core::controller::{
+    AdaptiveController, Auxiliary, Intermediates, LastingEstimates, StepOutput,
+};
 use ctrl_core::error::ConfigError;
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
@@ -61,7 +65,7 @@ pub fn reference(r: &ReferencePoint) -> Reference {
 
 /// The memory in `f32`; `elapsed` is the time behind its `decay` (s).
 #[must_use]
-pub fn checkpoint(memory: &Memory, elapsed: f64) -> Checkpoint {
+pub fn checkpoint(law: Law, memory: &Memory, elapsed: f64) -> Checkpoint {
     Checkpoint {
         elapsed: elapsed as f32,
         inverse_mass: memory.beta as f32,
@@ -69,6 +73,28 @@ pub fn checkpoint(memory: &Memory, elapsed: f64) -> Checkpoint {
         inverse_inertia: memory.theta_hat.as_vec3(),
         gyroscopic_ratio: memory.pi_hat.as_vec3(),
         auxiliary: Auxiliary { attitude: quaternion(memory.q_a), rate: memory.w_a.as_vec3() },
+        lasting: lasting(law, memory),
+    }
+}
+
+fn lasting(law: Law, memory: &Memory) -> LastingEstimates {
+    let estimates = LastingEstimates {
+        acceleration_world: memory.d_hat.as_vec3(),
+        ..LastingEstimates::default()
+    };
+    let torque = memory.lasting_torque.as_vec3();
+    match law {
+        Law::RobustAdaptive => LastingEstimates { torque_body: torque, ..estimates },
+        Law::Saturated => LastingEstimates { angular_acceleration_body: torque, ..estimates },
+    }
+}
+
+fn integral(gains: &Gains) -> IntegralAction {
+    IntegralAction {
+        acceleration_max: gains.integral.d_c as f32,
+        gamma_d: gains.integral.gamma_d as f32,
+        torque_max: gains.integral.d_t as f32,
+        gamma_t: gains.integral.gamma_t as f32,
     }
 }
 
@@ -115,6 +141,7 @@ pub fn robust_adaptive(gains: &Gains, step_period: f32) -> Result<RobustAdaptive
         cascade: cascade(gains),
         k4: gains.k4 as f32,
         gamma2: gains.gamma2 as f32,
+        integral: integral(gains),
     })
 }
 
@@ -123,7 +150,8 @@ pub fn robust_adaptive(gains: &Gains, step_period: f32) -> Result<RobustAdaptive
 /// # Errors
 /// What its constructor refuses.
 pub fn saturated(gains: &Gains, step_period: f32) -> Result<Saturated, ConfigError> {
-    let sum = gains.m1 + gains.m2 + gains.d1 + f64::from(REFERENCE_ACCELERATION_MAX);
+    let sum =
+        gains.m1 + gains.m2 + gains.d1 + gains.integral.d_c + f64::from(REFERENCE_ACCELERATION_MAX);
     let thrust_max = 1.0001 * gains.m[1] * (3f64.sqrt() * sum + gains.g); // (54), (20)
     Saturated::new(&SaturatedConfig {
         step_period,
@@ -137,6 +165,7 @@ pub fn saturated(gains: &Gains, step_period: f32) -> Result<Saturated, ConfigErr
         k5: gains.k5 as f32,
         gamma2: gains.gamma2 as f32,
         gamma3: gains.gamma3 as f32,
+        integral: integral(gains),
     })
 }
 
@@ -154,7 +183,7 @@ pub fn observe(
     step_period: f32,
 ) -> Result<(StepOutput, Quantities), ConfigError> {
     let (vehicle, reference) = (vehicle(truth), reference(r));
-    let checkpoint = checkpoint(memory, elapsed);
+    let checkpoint = checkpoint(law, memory, elapsed);
     match law {
         Law::RobustAdaptive => {
             let controller = robust_adaptive(gains, step_period)?;
@@ -205,6 +234,8 @@ fn quantities(i: &Intermediates) -> Quantities {
         ("Pi_hat_dot", i.gyroscopic_ratio_rate),
         ("W_a", i.auxiliary_attitude_rate),
         ("w_a_dot", i.auxiliary_rate_dot),
+        ("d_hat_dot", i.lasting_acceleration_rate),
+        ("lasting_torque_dot", i.lasting_torque_rate),
     ];
     let q_e = i.attitude_error;
     let others = [

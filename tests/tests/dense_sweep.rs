@@ -10,11 +10,21 @@ const STEPS_PER_LAW: usize = 5000;
 
 #[test]
 fn core_agrees_with_the_transcription() {
-    let mut accuracy = Accuracy::documented("Dense sweep");
-    for (law, seed) in [(Law::RobustAdaptive, 1), (Law::Saturated, 2)] {
+    sweep("Dense sweep", 1, Source::step);
+}
+
+#[test]
+fn core_with_integral_action_agrees_with_the_transcription() {
+    sweep("Dense sweep with integral action", 3, Source::step_with_integral);
+}
+
+/// Compares steps of both laws from `draw` with the documented accuracies of the page's `section`.
+fn sweep(section: &'static str, first_seed: u64, draw: fn(&mut Source, Law) -> Step) {
+    let mut accuracy = Accuracy::documented(section);
+    for (law, seed) in [(Law::RobustAdaptive, first_seed), (Law::Saturated, first_seed + 1)] {
         let mut source = Source::new(seed);
         for index in 0..STEPS_PER_LAW {
-            let Step { gains, truth, reference, memory, elapsed } = source.step(law);
+            let Step { gains, truth, reference, memory, elapsed } = draw(&mut source, law);
             let expected = law.evaluate(&gains, &truth, &reference, &memory).quantities;
             let (_, seen) = observe(law, &gains, &truth, &reference, &memory, elapsed, 1e-4)
                 .unwrap_or_else(|error| panic!("{law:?}, step {index}: {error}"));

@@ -85,7 +85,7 @@ fn held_exactly(evaluation: &Evaluation, state: &PlantState, mass: f64) -> Held 
 
 /// Every quantity at every tick that counts, by the core.
 fn by_core(law: Law, flight: Flight, dt: f64) -> Vec<Quantities> {
-    let (gains, checkpoint) = (gains(law), checkpoint(&memory(), 1e4));
+    let (gains, checkpoint) = (gains(law), checkpoint(law, &memory(), 1e4));
     match law {
         Law::RobustAdaptive => {
             let controller = robust_adaptive(&gains, dt as f32).expect("gains that it accepts");

@@ -10,6 +10,9 @@
 //! f   = |alpha|                                                              (21)
 //! beta' = Proj( gamma1 G . (f R e3) )                                        (14)
 //! ```
+//! With integral action, `u` less `d_hat`, `d_hat' = Proj( gamma_d [G_x, G_y, 0] )` (`integral.rs`), and
+//! the model's `v'` has `d_hat` too.
+//!
 //! `u` is a closed form of `e_p`, `e_v` and time, so its derivatives follow exactly from the model's
 //! `v'` and `v''`. With `n = |u| = beta f` these do not even contain `beta`, hence three passes, each
 //! feeding the next:
@@ -50,6 +53,8 @@ pub(crate) struct ForceCommand {
     pub inverse_mass_rate: f32,
     /// `G . b3` and its rate.
     pub force_axis: (f32, f32),
+    /// `d_hat'` (m/s^3); zero without integral action.
+    pub lasting_rate: Vec3,
 }
 
 /// First pass: the errors and every nonlinearity evaluated at them.
@@ -106,12 +111,14 @@ impl Motion {
     }
 }
 
-/// Evaluates step 1 at inverse mass `beta`; `r` is the matrix of the vehicle's attitude.
+/// Evaluates step 1 at inverse mass `beta` and lasting acceleration `d_hat`; `r` is the matrix of the
+/// vehicle's attitude.
 #[inline(always)]
 pub(crate) fn force_command(
     law: &Cascade,
     beta: f32,
     delta_squared: f32,
+    d_hat: Vec3,
     vehicle: &VehicleState,
     r: &Mat3,
     reference: &Reference,
@@ -122,28 +129,45 @@ pub(crate) fn force_command(
 
     // First pass: u.
     let shaped = Shaped::new(law, delta_squared, vehicle, reference);
-    let u = shaped.command(law, specific_force.value); // (13)
+    let mut u = shaped.command(law, specific_force.value); // (13)
+    if law.integral.force.is_some() {
+        u -= d_hat;
+    }
     let n = sqrt(u.length_squared());
     let thrust = n / beta; // (21)
 
     // Second pass: u', with the model's v'.
     let b3 = r.z_axis;
-    let error_2 = minus_gravity(n * b3) - reference.acceleration_world;
+    let mut error_2 = minus_gravity(n * b3) - reference.acceleration_world;
+    let mut lasting_rate = Vec3::ZERO;
+    if let Some(integral) = &law.integral.force {
+        error_2 += d_hat;
+        lasting_rate = integral.rate(d_hat, horizontal(shaped.g));
+    }
     let first = Motion::new(law, shaped.velocity_error, error_2);
     let sigma_dot = shaped.sigma1.first(first.lambda1) + shaped.sigma2.first(first.lambda2);
     let g_dot = gains.k2 * sigma_dot + gains.k1 * error_2;
-    let u_dot = specific_force.first - sigma_dot - d1 * shaped.sign.first(g_dot);
+    let mut u_dot = specific_force.first - sigma_dot - d1 * shaped.sign.first(g_dot);
+    if law.integral.force.is_some() {
+        u_dot -= lasting_rate;
+    }
     let n_dot = u.dot(u_dot) / n;
 
     // Third pass: u'', with the model's v''.
     let rate = vehicle.rate_body;
     let b3_dot = rate.y * r.x_axis - rate.x * r.y_axis; // R (w × e3)
-    let error_3 = n_dot * b3 + n * b3_dot - reference.jerk_world;
+    let mut error_3 = n_dot * b3 + n * b3_dot - reference.jerk_world;
+    if law.integral.force.is_some() {
+        error_3 += lasting_rate;
+    }
     let second = Motion::new(law, error_2, error_3);
     let sigma_ddot = shaped.sigma1.second(first.lambda1, second.lambda1)
         + shaped.sigma2.second(first.lambda2, second.lambda2);
     let g_ddot = gains.k2 * sigma_ddot + gains.k1 * error_3;
-    let u_ddot = specific_force.second - sigma_ddot - d1 * shaped.sign.second(g_dot, g_ddot);
+    let mut u_ddot = specific_force.second - sigma_ddot - d1 * shaped.sign.second(g_dot, g_ddot);
+    if let Some(integral) = &law.integral.force {
+        u_ddot -= integral.rate_dot(lasting_rate, horizontal(g_dot));
+    }
 
     let g = shaped.g;
     let force_axis = (g.dot(b3), g_dot.dot(b3) + g.dot(b3_dot));
@@ -158,6 +182,7 @@ pub(crate) fn force_command(
         thrust,
         inverse_mass_rate: law.projected_rate(beta, gains.gamma1 * thrust * force_axis.0), // (14)
         force_axis,
+        lasting_rate,
     }
 }
 
@@ -180,6 +205,12 @@ impl ForceCommand {
         let second = (self.u.second - 2.0 * rate * first - acceleration * value) / beta;
         Jet::new(value, first, second)
     }
+}
+
+/// `[a_x, a_y, 0]`.
+#[inline(always)]
+fn horizontal(a: Vec3) -> Vec3 {
+    Vec3::new(a.x, a.y, 0.0)
 }
 
 /// `a - g e3`.

@@ -3,6 +3,7 @@
 mod admission;
 mod attitude;
 mod force;
+mod integral;
 mod rate;
 mod validation;
 
@@ -11,12 +12,13 @@ use glam::{Quat, Vec3};
 pub(crate) use admission::Admitted;
 use attitude::{DesiredAttitude, desired_attitude};
 use force::{ForceCommand, force_command};
+pub(crate) use integral::{Integral, IntegralLoop, IntegralState, TorqueEstimate};
 use rate::{VirtualRate, virtual_rate};
 pub(crate) use validation::require_integrable;
 
 use crate::adaptation::Estimate;
 use crate::auxiliary::AuxiliaryTerms;
-use crate::config::CascadeGains;
+use crate::config::{CascadeGains, Checkpoint};
 use crate::controller::{Auxiliary, Intermediates, StepOutput, StepStatus};
 use crate::error::{Bound, ConfigError, require};
 use crate::rotation::{from_axes, inverse_mul, nearest_sign};
@@ -34,6 +36,7 @@ pub(crate) struct Cascade {
     pub uncertainty: Uncertainty,
     pub gains: CascadeGains,
     pub bounds: WrenchBounds,
+    pub integral: Integral,
     initial: InitialEstimate,
     /// `[1/m_hi, 1/m_lo]`, the set of `beta`.
     inverse_mass_min: f32,
@@ -58,6 +61,8 @@ pub(crate) struct CascadeState {
     pub attitude_error: Quat,
     /// `r2` of the latest step.
     lateral: Vec3,
+    /// Estimates of the integral action.
+    pub integral: IntegralState,
 }
 
 /// One evaluation of steps 1 to 3.
@@ -84,18 +89,29 @@ impl Cascade {
             smoothing: 1.0,
             attitude_error: Quat::IDENTITY,
             lateral: Vec3::Y,
+            integral: IntegralState::default(),
         }
     }
 
-    /// The memory `elapsed` seconds after a first step, with estimate `inverse_mass`.
-    pub fn resume(&self, elapsed: f32, inverse_mass: f32) -> Result<CascadeState, ConfigError> {
+    /// The memory that goes on from `checkpoint`, with the torque's estimate and its name there.
+    pub fn resume(
+        &self,
+        checkpoint: &Checkpoint,
+        (torque, torque_name): (Vec3, &'static str),
+    ) -> Result<CascadeState, ConfigError> {
+        let Checkpoint { elapsed, inverse_mass, lasting, .. } = *checkpoint;
         require("checkpoint.elapsed", elapsed, Bound::NotNegative, "time since the first step")?;
         let set = Bound::Inside(self.inverse_mass_min, self.inverse_mass_max);
         require("checkpoint.inverse_mass", inverse_mass, set, "the set of beta, (14)")?;
+        let (name, d_hat) = ("checkpoint.lasting.acceleration_world", lasting.acceleration_world);
+        let force = IntegralLoop::resume(self.integral.force.as_ref(), name, d_hat)?;
+        require(name, d_hat.z, Bound::Inside(0.0, 0.0), "d_hat is horizontal")?;
+        let torque = IntegralLoop::resume(self.integral.torque.as_ref(), torque_name, torque)?;
         let smoothing = libm::expf(-2.0 * self.gains.delta_1 * elapsed);
         Ok(CascadeState {
             inverse_mass: Estimate::new(inverse_mass),
             smoothing: if smoothing > SMOOTHING_FLOOR { smoothing } else { SMOOTHING_FLOOR },
+            integral: IntegralState { force, torque },
             ..self.initial_state()
         })
     }
@@ -130,7 +146,8 @@ impl Cascade {
         let reference = input.reference;
         let (beta, w) = (state.inverse_mass.value(), vehicle.rate_body);
         let delta_squared = state.smoothing + self.floor_translation;
-        let force = force_command(self, beta, delta_squared, vehicle, &input.r, reference);
+        let d_hat = state.integral.force.value();
+        let force = force_command(self, beta, delta_squared, d_hat, vehicle, &input.r, reference);
         let terms = auxiliary.map(|(at, k5)| AuxiliaryTerms::new(at, k5, &input.r));
         let q_a = auxiliary.map(|(at, _)| at.attitude);
         let desired = desired_attitude(&force.u, force.n, reference, state.lateral, q_a);
@@ -158,6 +175,12 @@ impl Cascade {
         if state.inverse_mass.advance(increment, lower, upper) {
             status |= StepStatus::MASS_PROJECTED;
         }
+        if let Some(integral) = &self.integral.force {
+            let increment = self.step_period * evaluation.force.lasting_rate;
+            if integral.advance(&mut state.integral.force, increment) {
+                status |= StepStatus::LASTING_PROJECTED;
+            }
+        }
         // Rounding alone can take |alpha| past (19) or (20).
         let WrenchBounds { thrust_min, thrust_max, .. } = self.bounds;
         let thrust = clip_between(evaluation.force.thrust, thrust_min, thrust_max);
@@ -166,6 +189,20 @@ impl Cascade {
         state.lateral = evaluation.desired.lateral;
         self.decay(state);
         StepOutput { wrench: state.wrench, torque_demand_body, status }
+    }
+
+    /// Advances the torque's estimate by a step at `rate`.
+    #[inline(always)]
+    pub fn integrate_torque(&self, state: &mut CascadeState, rate: Vec3) -> StepStatus {
+        let mut status = StepStatus::empty();
+        if let Some(integral) = &self.integral.torque {
+            let increment = self.step_period * rate;
+            status.set(
+                StepStatus::LASTING_PROJECTED,
+                integral.advance(&mut state.integral.torque, increment),
+            );
+        }
+        status
     }
 
     /// `exp(-2 delta_1 t)` one step on.
@@ -205,6 +242,7 @@ impl Evaluation {
             mu: virtual_rate.mu,
             mu_dot: virtual_rate.mu_dot,
             inverse_mass_rate: force.inverse_mass_rate,
+            lasting_acceleration_rate: force.lasting_rate,
             ..Intermediates::default()
         }
     }

@@ -5,8 +5,8 @@
 //! (or, for a second-order loop, its natural frequency) times `dt` at most one, half of what makes a
 //! held first-order loop unstable.
 
-use super::Cascade;
-use crate::config::CascadeGains;
+use super::{Cascade, Integral, TorqueEstimate};
+use crate::config::{CascadeGains, IntegralAction};
 use crate::error::Bound::{AtMost, Below, Finite, Inside, NotNegative, Positive};
 use crate::error::{ConfigError, Judge};
 use crate::sqrt::sqrt;
@@ -37,6 +37,7 @@ impl Cascade {
         uncertainty: Uncertainty,
         initial: InitialEstimate,
         gains: CascadeGains,
+        (integral, torque): (&IntegralAction, TorqueEstimate),
         judge: &mut impl Judge,
     ) -> Result<Self, ConfigError> {
         judge.require(
@@ -48,7 +49,10 @@ impl Cascade {
         require_uncertainty(judge, &uncertainty)?;
         require_initial(judge, &initial, &uncertainty)?;
         require_gains(judge, &gains)?;
-        let bounds = thrust_bounds(judge, &uncertainty, &gains, reference_acceleration_max)?;
+        let loops = Integral::new(integral, torque, step_period, &gains, judge)?;
+        let lasting = integral.acceleration_max;
+        let bounds =
+            thrust_bounds(judge, &uncertainty, &gains, reference_acceleration_max, lasting)?;
         require_integrable_cascade(judge, step_period, &uncertainty, &gains, bounds.thrust_max)?;
         Ok(Self {
             step_period,
@@ -56,6 +60,7 @@ impl Cascade {
             uncertainty,
             gains,
             bounds,
+            integral: loops,
             initial,
             inverse_mass_min: 1.0 / uncertainty.mass.upper,
             inverse_mass_max: 1.0 / uncertainty.mass.lower,
@@ -109,19 +114,21 @@ fn require_gains(judge: &mut impl Judge, gains: &CascadeGains) -> Result<(), Con
     judge.require("cascade.delta_min_rotation", gains.delta_min_rotation, width, "(17)")
 }
 
-/// The thrust bounds (19) and (20); refuses gains for which (19) fails.
+/// The thrust bounds (19) and (20); refuses gains for which (19) fails. `lasting` is `D_c`: horizontal, so
+/// that it joins `D1` in (20) and leaves (19), which is about the vertical axis.
 fn thrust_bounds(
     judge: &mut impl Judge,
     known: &Uncertainty,
     gains: &CascadeGains,
     reference_acceleration_max: f32,
+    lasting: f32,
 ) -> Result<WrenchBounds, ConfigError> {
     let name = "reference_acceleration_max";
     judge.require(name, reference_acceleration_max, NotNegative, "M_p, Assumption 4")?;
     let spared = GRAVITY - reference_acceleration_max - known.disturbance_acceleration;
     let sum = gains.m1 + gains.m2;
     judge.require("cascade.M1 + cascade.M2", sum, Below(spared), "g - M_p - D1, (19)")?;
-    let lateral = sum + known.disturbance_acceleration + reference_acceleration_max;
+    let lateral = sum + known.disturbance_acceleration + reference_acceleration_max + lasting;
     let bounds = WrenchBounds {
         thrust_min: known.mass.lower * (spared - sum),
         thrust_max: known.mass.upper * (SQRT_3 * lateral + GRAVITY),

@@ -3,8 +3,8 @@
 use glam::Quat;
 
 use super::{
-    AdaptiveController, Auxiliary, Estimates, Intermediates, StepOutput, StepStatus,
-    TrackingController,
+    AdaptiveController, Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput,
+    StepStatus, TrackingController,
 };
 use crate::reference::Reference;
 use crate::robust_adaptive::{RobustAdaptive, RobustAdaptiveState};
@@ -133,5 +133,11 @@ impl AdaptiveController for AnyController {
 
     fn auxiliary(&self, state: &AnyControllerState) -> Auxiliary {
         with_state!(self, state, controller, own => controller.auxiliary(own), Auxiliary::REST)
+    }
+
+    fn lasting(&self, state: &AnyControllerState) -> LastingEstimates {
+        with_state!(
+            self, state, controller, own => controller.lasting(own), LastingEstimates::default()
+        )
     }
 }

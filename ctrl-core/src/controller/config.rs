@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::AnyController;
-use crate::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
+use crate::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use crate::error::ConfigError;
 use crate::robust_adaptive::RobustAdaptive;
 use crate::saturated::Saturated;
@@ -78,6 +78,12 @@ impl ControllerConfig {
     /// Gains of the shared cascade, mutable.
     pub fn cascade_mut(&mut self) -> &mut CascadeGains {
         of_each!(self, config => &mut config.cascade)
+    }
+
+    /// Bounds and gains of the integral action.
+    #[must_use]
+    pub fn integral(&self) -> &IntegralAction {
+        of_each!(self, config => &config.integral)
     }
 
     /// The fixed step `dt` (s).

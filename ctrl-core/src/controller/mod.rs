@@ -47,6 +47,8 @@ bitflags::bitflags! {
         const SIGN_FLIPPED = 1 << 10;
         /// The auxiliary rate of controller 2 was clipped to what a step can integrate.
         const AUXILIARY_CLIPPED = 1 << 11;
+        /// An estimate of the integral action is on the border of its set.
+        const LASTING_PROJECTED = 1 << 12;
     }
 }
 
@@ -100,6 +102,19 @@ impl Estimates {
     };
 }
 
+/// The estimates of disturbances that last; zero without integral action.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct LastingEstimates {
+    /// `d_hat`: lasting disturbance acceleration, horizontal (m/s^2).
+    pub acceleration_world: Vec3,
+    /// `t_hat`: lasting disturbance torque (N m), controller 1.
+    pub torque_body: Vec3,
+    /// `s_hat`: its quotient by the moments of inertia (rad/s^2), controller 2.
+    pub angular_acceleration_body: Vec3,
+}
+
 /// Every intermediate quantity of one evaluation of the law, for tests, traces and monitors.
 ///
 /// Fields that belong to one controller only are zero for the other.
@@ -147,6 +162,10 @@ pub struct Intermediates {
     pub auxiliary_attitude_rate: Vec3,
     /// `w_a'` (39) (rad/s^2), controller 2.
     pub auxiliary_rate_dot: Vec3,
+    /// `d_hat'` (m/s^3).
+    pub lasting_acceleration_rate: Vec3,
+    /// `t_hat'` (N m/s), controller 1, or `s_hat'` (rad/s^3), controller 2.
+    pub lasting_torque_rate: Vec3,
 }
 
 /// A tracking controller: an immutable, validated value; its memory is a separate state.
@@ -205,6 +224,9 @@ pub trait AdaptiveController: TrackingController {
 
     /// The auxiliary system in `state`.
     fn auxiliary(&self, state: &Self::State) -> Auxiliary;
+
+    /// The estimates of the integral action in `state`.
+    fn lasting(&self, state: &Self::State) -> LastingEstimates;
 
     /// Refuses a trajectory whose acceleration bound exceeds `M_p`, or whose step period differs.
     ///

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::string::String;
 
 use super::*;
-use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::saturated::Saturated;
 use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty};
 
@@ -41,6 +41,7 @@ fn saturated() -> SaturatedConfig {
         k5: 0.55,
         gamma2: 0.01,
         gamma3: 0.012,
+        integral: IntegralAction::OFF,
     }
 }
 
@@ -92,6 +93,7 @@ fn every_number_of_both_configurations_has_a_name() {
         cascade: cascade(),
         k4: 3.0,
         gamma2: 0.01,
+        integral: IntegralAction::OFF,
     });
 }
 

@@ -3,7 +3,8 @@
 use std::cell::RefCell;
 
 use ctrl_core::controller::{
-    AdaptiveController, Auxiliary, Estimates, Intermediates, StepOutput, TrackingController,
+    AdaptiveController, Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput,
+    TrackingController,
 };
 use ctrl_core::mode::{Command, Mode};
 use ctrl_core::reference::Reference;
@@ -184,5 +185,10 @@ impl<C: AdaptiveController> AdaptiveController for OnVehicle<'_, '_, C> {
 
     fn auxiliary(&self, state: &Self::State) -> Auxiliary {
         state.received.map_or_else(|| self.law.auxiliary(&state.law), |received| received.auxiliary)
+    }
+
+    /// The host's: telemetry does not carry them, and the next tick's wrench would differ with them.
+    fn lasting(&self, state: &Self::State) -> LastingEstimates {
+        self.law.lasting(&state.law)
     }
 }

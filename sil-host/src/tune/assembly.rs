@@ -1,6 +1,6 @@
 //! Assembly of a controller's configuration from gains and request.
 
-use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::ControllerConfig;
 
 use super::digits::rounded;
@@ -29,6 +29,7 @@ pub(super) fn assembled(
             cascade,
             k4: k4 as f32,
             gamma2: rounded(ADAPTATION * k4 / cubed) as f32,
+            integral: IntegralAction::OFF,
         }),
         Some(Limits { thrust_max, torque_max }) => ControllerConfig::Saturated(SaturatedConfig {
             step_period,
@@ -42,6 +43,7 @@ pub(super) fn assembled(
             k5: k5 as f32,
             gamma2: rounded(ADAPTATION * attitude * k4 / f64::from(torque_max).powi(2)) as f32,
             gamma3: rounded(ADAPTATION * k4 / cubed) as f32,
+            integral: IntegralAction::OFF,
         }),
     }
 }

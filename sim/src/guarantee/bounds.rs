@@ -8,7 +8,7 @@ pub trait ThrustBounds {
     /// Lower thrust bound (19) (N).
     fn thrust_lower_bound(&self) -> f64;
 
-    /// Upper thrust bound (20) (N).
+    /// Upper thrust bound (20), with `D_c` of the integral action beside `D1` (N).
     fn thrust_upper_bound(&self) -> f64;
 }
 
@@ -20,7 +20,8 @@ impl ThrustBounds for ControllerConfig {
 
     fn thrust_upper_bound(&self) -> f64 {
         let [m_p, m1, m2, d1] = accelerations(self);
-        let total = 3f64.sqrt() * (m1 + m2 + d1 + m_p) + f64::from(GRAVITY);
+        let lasting = f64::from(self.integral().acceleration_max);
+        let total = 3f64.sqrt() * (m1 + m2 + d1 + m_p + lasting) + f64::from(GRAVITY);
         f64::from(self.uncertainty().mass.upper) * total
     }
 }

@@ -1,4 +1,4 @@
-//! Every estimate stays inside its set: (14), (35), (51), (52).
+//! Every estimate stays inside its set: (14), (35), (51), (52), and those of the integral action.
 
 use ctrl_core::vehicle::Interval;
 
@@ -14,6 +14,7 @@ pub struct EstimateSets {
     mass: (Requirement, Extreme),
     inertia: (Requirement, Extreme),
     ratio: Option<(Requirement, Extreme)>,
+    lasting: [Option<(Requirement, Extreme)>; 2],
     equations: [&'static str; 2],
 }
 
@@ -31,9 +32,24 @@ impl EstimateSets {
             mass: (set(uncertainty.mass), Extreme::default()),
             inertia: (set(uncertainty.inertia), Extreme::default()),
             ratio,
+            lasting: lasting_sets(law),
             equations: ["(14)", inertia_equation],
         }
     }
+}
+
+/// The sets of the integral action that are switched on: of `d_hat`, and of `t_hat` or `s_hat`.
+fn lasting_sets(law: &ControllerConfig) -> [Option<(Requirement, Extreme)>; 2] {
+    let integral = law.integral();
+    let set = |bound: f32| {
+        let bound = f64::from(bound) * (1.0 + ROUNDING);
+        (bound > 0.0).then(|| (Requirement::Inside(-bound, bound), Extreme::default()))
+    };
+    let divisor = match law {
+        ControllerConfig::RobustAdaptive(_) => 1.0,
+        ControllerConfig::Saturated(_) => law.uncertainty().inertia.lower,
+    };
+    [set(integral.acceleration_max), set(integral.torque_max / divisor)]
 }
 
 /// The interval, widened by what rounding to `f32` and taking a reciprocal may do.
@@ -61,6 +77,17 @@ impl Observer for EstimateSets {
                 extreme.tightest(component.into(), tick.time, *requirement);
             }
         }
+        let torque = match self.ratio {
+            None => tick.lasting.torque_body,
+            Some(_) => tick.lasting.angular_acceleration_body,
+        };
+        let estimates = [tick.lasting.acceleration_world, torque];
+        for (set, estimate) in self.lasting.iter_mut().zip(estimates) {
+            let Some((requirement, extreme)) = set else { continue };
+            for component in estimate.to_array() {
+                extreme.tightest(component.into(), tick.time, *requirement);
+            }
+        }
     }
 }
 
@@ -75,6 +102,14 @@ impl Monitor for EstimateSets {
             row("inertia estimate", inertia, "kg m^2", self.inertia),
         ];
         rows.extend(self.ratio.map(|ratio| row("gyroscopic ratio estimate", "(52)", "-", ratio)));
+        let [acceleration, torque] = self.lasting;
+        let name = "lasting acceleration estimate";
+        rows.extend(acceleration.map(|set| row(name, "integral action", "m/s^2", set)));
+        let (name, unit) = match self.ratio {
+            None => ("lasting torque estimate", "N m"),
+            Some(_) => ("lasting torque estimate by inertia", "rad/s^2"),
+        };
+        rows.extend(torque.map(|set| row(name, "integral action", unit, set)));
         rows
     }
 }

@@ -1,6 +1,6 @@
 //! Real flights for the monitors' tests, which may tamper with what controller and plant exchange.
 
-use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::{AdaptiveController, Intermediates};
 use ctrl_core::trajectory::{RisingCircle, RisingCircleConfig, Trajectory};
 use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty};
@@ -15,7 +15,7 @@ use ctrl_core::controller::ControllerConfig;
 
 /// True parameters of the vehicle under test.
 pub const VEHICLE: PlantParameters =
-    PlantParameters { mass: 0.85, inertia: DVec3::new(0.04856, 0.04856, 0.09801) };
+    PlantParameters::new(0.85, DVec3::new(0.04856, 0.04856, 0.09801));
 
 const UNCERTAINTY: Uncertainty = Uncertainty {
     mass: Interval { lower: 0.7, upper: 1.0 },
@@ -49,6 +49,7 @@ pub fn robust_adaptive(step_period: f32) -> RobustAdaptiveConfig {
         cascade: gains(4.0, 0.01, 4.0),
         k4: 0.5,
         gamma2: 0.01,
+        integral: IntegralAction::OFF,
     }
 }
 
@@ -66,6 +67,7 @@ pub fn saturated(step_period: f32) -> SaturatedConfig {
         k5: 0.5,
         gamma2: 0.01,
         gamma3: 0.01,
+        integral: IntegralAction::OFF,
     }
 }
 
@@ -96,6 +98,7 @@ pub fn fly<C: AdaptiveController>(
         let reference = trajectory.reference(tick);
         let estimates = controller.estimates(&state);
         let auxiliary = controller.auxiliary(&state);
+        let lasting = controller.lasting(&state);
         let mut intermediates = Intermediates::default();
         let output = controller.step_observed(&mut state, &truth.measured(), &reference, |seen| {
             intermediates = *seen;
@@ -112,6 +115,7 @@ pub fn fly<C: AdaptiveController>(
             intermediates,
             estimates,
             auxiliary,
+            lasting,
             disturbance,
             law: true,
             evaluation: Evaluation::default(),

@@ -45,6 +45,18 @@ pub struct PlantParameters {
     pub mass: f64,
     /// `J`: principal moments of inertia (kg m^2).
     pub inertia: DVec3,
+    /// `d_c`, `t_c`: the part of the disturbance that lasts and is what the integral action estimates.
+    /// It is for the monitors; what acts on the vehicle is the flight's disturbance.
+    pub lasting: Disturbance,
+}
+
+impl PlantParameters {
+    /// A vehicle under no lasting disturbance that an integral action estimates.
+    #[must_use]
+    pub const fn new(mass: f64, inertia: DVec3) -> Self {
+        let none = Disturbance { acceleration_world: DVec3::ZERO, torque_body: DVec3::ZERO };
+        Self { mass, inertia, lasting: none }
+    }
 }
 
 /// Thrust and torque that act on the vehicle.

@@ -35,7 +35,7 @@ impl RigidBody {
     /// (at least one) RK4 steps. Mass and inertia must be positive.
     #[must_use]
     pub fn new(parameters: &PlantParameters, step_period: f64, sub_steps: u32) -> Self {
-        let PlantParameters { mass, inertia: j } = *parameters;
+        let PlantParameters { mass, inertia: j, .. } = *parameters;
         let sub_steps = sub_steps.max(1);
         let h = step_period / f64::from(sub_steps);
         Self {

@@ -87,6 +87,17 @@ quantities! {
         "`Pi_hat` (52), controller 2; zero for controller 1",
         Vector(|t| t.estimates.gyroscopic_ratio);
 
+    LASTING_ACCELERATION_ESTIMATE: "lasting_acceleration_estimate", "lasting_acceleration", "m/s^2",
+        "`d_hat` of the integral action, world; zero without",
+        Vector(|t| t.lasting.acceleration_world);
+    LASTING_TORQUE_ESTIMATE: "lasting_torque_estimate", "lasting_torque", "N m",
+        "`t_hat` of the integral action, controller 1; `s_hat/theta_hat`, controller 2; body",
+        Vector(|t| if t.estimates.inverse_inertia == Vec3::ZERO {
+            t.lasting.torque_body
+        } else {
+            t.lasting.angular_acceleration_body / t.estimates.inverse_inertia
+        });
+
     AUXILIARY_ATTITUDE: "auxiliary_attitude", "attitude", "-", "`q_a` (38)",
         Quaternion(|t| t.auxiliary.attitude);
     AUXILIARY_RATE: "auxiliary_rate", "rate", "rad/s", "`w_a` (39)", Vector(|t| t.auxiliary.rate);

@@ -49,7 +49,13 @@ pub const TOPICS: &[Topic] = &[
     Topic {
         name: "estimates",
         meaning: "estimates of the unknown parameters that the law used",
-        quantities: &[MASS_ESTIMATE, INERTIA_ESTIMATE, GYROSCOPIC_RATIO_ESTIMATE],
+        quantities: &[
+            MASS_ESTIMATE,
+            INERTIA_ESTIMATE,
+            GYROSCOPIC_RATIO_ESTIMATE,
+            LASTING_ACCELERATION_ESTIMATE,
+            LASTING_TORQUE_ESTIMATE,
+        ],
     },
     Topic {
         name: "auxiliary",

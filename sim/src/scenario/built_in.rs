@@ -27,6 +27,7 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "paper-saturated",
     "hover-gusts",
     "lemniscate",
+    "steady-wind",
     "tilt-recovery",
     "waypoints",
 ];

@@ -32,14 +32,15 @@ impl Scenario {
     /// The evaluator of the Lyapunov function for the configured controller on the true vehicle.
     #[must_use]
     pub fn evaluator(&self) -> Evaluator {
-        Evaluator::new(&self.controller, &self.vehicle.into())
+        Evaluator::new(&self.controller, &self.plant_parameters())
     }
 
     /// The monitors of a flight with the configured controller.
     #[must_use]
     pub fn monitors(&self) -> Guarantees {
-        let Self { guarantees, controller, vehicle, .. } = self;
-        Guarantees::new(guarantees, controller, &(*vehicle).into(), &self.effective_actuation())
+        let Self { guarantees, controller, .. } = self;
+        let parameters = self.plant_parameters();
+        Guarantees::new(guarantees, controller, &parameters, &self.effective_actuation())
     }
 }
 

@@ -71,7 +71,7 @@ pub struct VehicleConfig {
 
 impl From<VehicleConfig> for PlantParameters {
     fn from(VehicleConfig { mass, inertia }: VehicleConfig) -> Self {
-        Self { mass, inertia }
+        Self::new(mass, inertia)
     }
 }
 
@@ -80,6 +80,14 @@ impl Scenario {
     #[must_use]
     pub fn ticks(&self) -> u64 {
         (self.duration / f64::from(self.controller.step_period())).round() as u64
+    }
+
+    /// True parameters of the vehicle, with the part of the constant disturbance that the controller's
+    /// integral action estimates.
+    #[must_use]
+    pub fn plant_parameters(&self) -> PlantParameters {
+        let lasting = self.disturbance.lasting(self.controller.integral());
+        PlantParameters { lasting, ..self.vehicle.into() }
     }
 
     /// Actuator dynamics, with the delay rounded to the plant's steps.

@@ -132,7 +132,8 @@ pub(super) fn broken_assumptions(scenario: &Scenario) -> Vec<String> {
             format!("true inertia {inertia} kg m^2 is outside [{lower}, {upper}] kg m^2"),
         );
     }
-    let (acceleration, torque) = scenario.disturbance.bounds();
+    let integral = scenario.controller.integral();
+    let (acceleration, torque) = scenario.disturbance.bounds_beside(integral);
     let (d1, d2) = (known.disturbance_acceleration, known.disturbance_torque);
     demand(
         acceleration as f32 <= d1,

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::jet::{Jet, chain_each, jet, product};
-use super::memory::{Memory, project};
+use super::memory::{Memory, project, project_each};
 use super::parameters::{Gains, ReferencePoint, Truth};
 use super::rotation::{Quaternion, vee};
 
@@ -22,6 +22,8 @@ pub struct Force {
     pub f: Jet<f64>,
     /// `beta` (14); its second derivative is zero on the border of its set.
     pub beta: Jet<f64>,
+    /// `d_hat` of the integral action, likewise.
+    pub d_hat: Jet<DVec3>,
 }
 
 /// `sig_i(x) = M tanh(x)`, element-wise.
@@ -54,6 +56,8 @@ struct Known {
     v_ddot: DVec3,
     beta_dot: f64,
     beta_ddot: f64,
+    d_hat_dot: DVec3,
+    d_hat_ddot: DVec3,
 }
 
 /// One evaluation of (16), (13), (21); right up to the derivatives that `known` covers.
@@ -68,8 +72,9 @@ fn pass(gains: &Gains, truth: &Truth, r: &ReferencePoint, memory: &Memory, known
     let h = smooth_sign(g, memory.delta_translation(gains)); // (17)
     let demand = jet(gains.g * DVec3::Z + r.a, r.jerk, r.snap);
     let beta = jet(memory.beta, known.beta_dot, known.beta_ddot);
-    let alpha = beta.recip() * (demand - sigma1 - sigma2 - gains.d1 * h); // (13)
-    Force { e_p: e_p.value, e_v: e_v.value, g, alpha, f: alpha.norm(), beta } // (21)
+    let d_hat = jet(memory.d_hat, known.d_hat_dot, known.d_hat_ddot);
+    let alpha = beta.recip() * (demand - sigma1 - sigma2 - gains.d1 * h - d_hat); // (13)
+    Force { e_p: e_p.value, e_v: e_v.value, g, alpha, f: alpha.norm(), beta, d_hat } // (21)
 }
 
 impl Force {
@@ -86,16 +91,21 @@ impl Force {
         let (f, g) = (first.f.value, first.g.value);
         let free = gains.gamma1 * g.dot(f * thrust_axis);
         let beta_dot = project(beta, free, set); // (14)
-        let v_dot = -gains.g * DVec3::Z + beta * f * thrust_axis;
-        let known = Known { v_dot, beta_dot, ..Known::default() };
+        let v_dot = -gains.g * DVec3::Z + beta * f * thrust_axis + memory.d_hat;
+        let (gamma_d, d_c) = (gains.integral.gamma_d, gains.integral.d_c);
+        let horizontal = DVec3::new(1.0, 1.0, 0.0);
+        let d_hat_dot = project_each(memory.d_hat, gamma_d * g * horizontal, [-d_c, d_c]);
+        let known = Known { v_dot, beta_dot, d_hat_dot, ..Known::default() };
 
         let second = run(known);
         let (f_dot, g_dot) = (second.f.first, second.g.first);
         let force_rate = f_dot * thrust_axis + f * axis_rate; // (f R e3)'
         let free = gains.gamma1 * (g_dot.dot(f * thrust_axis) + g.dot(force_rate));
         let beta_ddot = if beta_dot == 0.0 { 0.0 } else { free };
-        let v_ddot = beta_dot * f * thrust_axis + beta * force_rate;
-        run(Known { v_ddot, beta_ddot, ..known })
+        let v_ddot = beta_dot * f * thrust_axis + beta * force_rate + d_hat_dot;
+        let moves = DVec3::select(d_hat_dot.cmpne(DVec3::ZERO), DVec3::ONE, DVec3::ZERO);
+        let d_hat_ddot = gamma_d * g_dot * moves;
+        run(Known { v_ddot, beta_ddot, d_hat_ddot, ..known })
     }
 }
 

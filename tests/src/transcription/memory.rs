@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::Evaluation;
 use super::parameters::Gains;
 use super::rotation::Quaternion;
+use super::{Evaluation, Law};
 
 /// Memory of a law. Fields of the other controller stay as they are.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +27,10 @@ pub struct Memory {
     pub q_e: Option<Quaternion>,
     /// The last `r2`; zero before the first step.
     pub r2: DVec3,
+    /// `d_hat` (m/s^2).
+    pub d_hat: DVec3,
+    /// `t_hat` (N m), controller 1, or `s_hat` (rad/s^2), controller 2.
+    pub lasting_torque: DVec3,
 }
 
 /// Time derivatives of the memory, projected as the page writes them.
@@ -44,6 +48,10 @@ pub struct MemoryRate {
     pub auxiliary_rate: DVec3,
     /// `w_a'` (39) without its decay `-k4 w_a` (rad/s^2).
     pub w_a_driven: DVec3,
+    /// `d_hat'` (m/s^3).
+    pub d_hat: DVec3,
+    /// `t_hat'` or `s_hat'`.
+    pub lasting_torque: DVec3,
 }
 
 /// Hysteresis of the sign of `q_e` (departure 10).
@@ -63,6 +71,8 @@ impl Memory {
             w_a: DVec3::ZERO,
             q_e: None,
             r2: DVec3::ZERO,
+            d_hat: DVec3::ZERO,
+            lasting_torque: DVec3::ZERO,
         }
     }
 
@@ -90,7 +100,7 @@ impl Memory {
     }
 
     /// Euler then clamp; `w_a`'s decay implicit; `q_a` renormalised; the smoothing decays.
-    pub fn advance(&mut self, gains: &Gains, evaluation: &Evaluation, dt: f64) {
+    pub fn advance(&mut self, law: Law, gains: &Gains, evaluation: &Evaluation, dt: f64) {
         let rate = &evaluation.rate;
         self.beta = (self.beta + dt * rate.beta).clamp(1.0 / gains.m[1], 1.0 / gains.m[0]);
         let [lower, upper] = gains.j.map(DVec3::splat);
@@ -102,6 +112,10 @@ impl Memory {
             Quaternion { eta: self.q_a.eta + dt * turn.eta, eps: self.q_a.eps + dt * turn.eps }
                 .normalised();
         self.w_a = (self.w_a + dt * rate.w_a_driven) / (1.0 + gains.k4 * dt);
+        let d_c = gains.integral.d_c;
+        self.d_hat = (self.d_hat + dt * rate.d_hat).clamp(DVec3::splat(-d_c), DVec3::splat(d_c));
+        let bound = DVec3::splat(gains.lasting_torque_bound(law));
+        self.lasting_torque = (self.lasting_torque + dt * rate.lasting_torque).clamp(-bound, bound);
         self.decay *= (-2.0 * gains.delta_1 * dt).exp();
         self.q_e = Some(evaluation.attitude_error);
         self.r2 = evaluation.lateral;

@@ -15,7 +15,7 @@ pub mod saturated;
 use std::collections::BTreeMap;
 
 pub use memory::{Memory, MemoryRate};
-pub use parameters::{Gains, ReferencePoint, Truth};
+pub use parameters::{Gains, IntegralGains, ReferencePoint, Truth};
 pub use rotation::Quaternion;
 
 /// The two controllers.
@@ -73,7 +73,7 @@ impl Law {
         dt: f64,
     ) -> Evaluation {
         let evaluation = self.evaluate(gains, truth, reference, memory);
-        memory.advance(gains, &evaluation, dt);
+        memory.advance(self, gains, &evaluation, dt);
         evaluation
     }
 }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use serde::Deserialize;
 
+use super::Law;
 use super::rotation::Quaternion;
 
 /// Gains and bounds of both controllers, under the symbols of the page (SI units).
@@ -55,6 +56,35 @@ pub struct Gains {
     pub m_tau: f64,
     /// `g` (m/s^2).
     pub g: f64,
+    /// Integral action; off in the golden file.
+    #[serde(default)]
+    pub integral: IntegralGains,
+}
+
+/// Bounds and gains of the integral action, under the symbols of the page (SI units).
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct IntegralGains {
+    /// `D_c` (m/s^2).
+    pub d_c: f64,
+    /// `gamma_d` (m/s^2).
+    pub gamma_d: f64,
+    /// `D_t` (N m).
+    pub d_t: f64,
+    /// `gamma_t`: (N m) for controller 1, (1/s^2) for controller 2.
+    pub gamma_t: f64,
+}
+
+impl Gains {
+    /// Bound of each component of `t_hat`, or of `s_hat`: `D_t/J_lo` to the precision in which the core
+    /// holds it, so that both mean the same border.
+    #[must_use]
+    pub fn lasting_torque_bound(&self, law: Law) -> f64 {
+        match law {
+            Law::RobustAdaptive => self.integral.d_t,
+            Law::Saturated => f64::from((self.integral.d_t / self.j[0]) as f32),
+        }
+    }
 }
 
 /// Position, velocity, attitude and body rate of the vehicle.

@@ -36,7 +36,16 @@ pub fn evaluate(gains: &Gains, truth: &Truth, r: &ReferencePoint, memory: &Memor
         [("mu", mu), ("mu_dot", mu_dot), ("w_e", w_e), ("tau", tau), ("a_hat_dot", a_hat_dot)];
     quantities.extend(vectors.map(|(name, x): (_, DVec3)| (name, x.to_array().to_vec())));
     quantities.insert("q_e", q_e.to_array().to_vec());
-    let rate = MemoryRate { beta: force.beta.first, a_hat: a_hat_dot, ..MemoryRate::default() };
+    let (gamma_t, d_t) = (gains.integral.gamma_t, gains.integral.d_t);
+    let t_hat_dot = project_each(memory.lasting_torque, gamma_t * w_e, [-d_t, d_t]);
+    quantities.insert("lasting_torque_dot", t_hat_dot.to_array().to_vec());
+    let rate = MemoryRate {
+        beta: force.beta.first,
+        a_hat: a_hat_dot,
+        d_hat: force.d_hat.first,
+        lasting_torque: t_hat_dot,
+        ..MemoryRate::default()
+    };
     Evaluation {
         quantities,
         thrust: force.f.value,
@@ -59,7 +68,7 @@ pub fn torque(
 ) -> (DVec3, DVec3) {
     let y = skew(w) * DMat3::from_diagonal(w) + DMat3::from_diagonal(mu_dot);
     let h = smooth_sign_value(w_e, memory.delta_rotation(gains));
-    let tau = -gains.k4 * w_e - eps_e + y * memory.a_hat - gains.d2 * h; // (34)
+    let tau = -gains.k4 * w_e - eps_e + y * memory.a_hat - gains.d2 * h - memory.lasting_torque; // (34)
     let free = -gains.gamma2 * (y.transpose() * w_e);
     (tau, project_each(memory.a_hat, free, gains.j)) // (35)
 }
@@ -76,6 +85,7 @@ pub fn shared_quantities(force: &Force, desired: &Attitude) -> Quantities {
         ("alpha_ddot", force.alpha.second),
         ("w_d", desired.rate),
         ("w_d_dot", desired.rate_dot),
+        ("d_hat_dot", force.d_hat.first),
     ];
     let scalars = [("f", force.f.value), ("beta_dot", force.beta.first)];
     let vectors = vectors.map(|(name, x)| (name, x.to_array().to_vec()));

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use super::Evaluation;
 use super::cascade::{Attitude, Force, coupling, smooth_sign_value};
 use super::memory::{Memory, MemoryRate, project_each};
 use super::parameters::{Gains, ReferencePoint, Truth};
 use super::robust_adaptive::shared_quantities;
+use super::{Evaluation, Law};
 
 /// One evaluation of the law.
 #[must_use]
@@ -43,8 +43,10 @@ pub fn evaluate(gains: &Gains, truth: &Truth, r: &ReferencePoint, memory: &Memor
 
     let b = DVec3::new(w.y * w.z, w.x * w.z, w.x * w.y);
     let h = smooth_sign_value(w_e, memory.delta_rotation(gains));
-    let tau_d = (-gains.k4 * (w - mu) - q_e.eps - pi_hat * b + mu_dot - gains.d2 / gains.j[0] * h)
-        / theta_hat; // (50)
+    let bracket = -gains.k4 * (w - mu) - q_e.eps - pi_hat * b + mu_dot - gains.d2 / gains.j[0] * h;
+    let tau_d = (bracket - memory.lasting_torque) / theta_hat; // (50)
+    let (gamma_t, s) = (gains.integral.gamma_t, gains.lasting_torque_bound(Law::Saturated));
+    let s_hat_dot = project_each(memory.lasting_torque, gamma_t * w_e, [-s, s]);
     let limit = DVec3::splat(gains.m_tau);
     let tau = tau_d.clamp(-limit, limit); // (37)
     let driven = theta_hat * (tau - tau_d);
@@ -64,6 +66,7 @@ pub fn evaluate(gains: &Gains, truth: &Truth, r: &ReferencePoint, memory: &Memor
         ("Pi_hat_dot", pi_hat_dot),
         ("W_a", w_aux),
         ("w_a_dot", w_a_dot),
+        ("lasting_torque_dot", s_hat_dot),
     ];
     quantities.extend(vectors.map(|(name, x)| (name, x.to_array().to_vec())));
     let quaternions = [("q_e", q_e), ("q_a_dot", q_a_dot)];
@@ -74,6 +77,8 @@ pub fn evaluate(gains: &Gains, truth: &Truth, r: &ReferencePoint, memory: &Memor
         pi_hat: pi_hat_dot,
         auxiliary_rate: w_aux,
         w_a_driven: driven,
+        d_hat: force.d_hat.first,
+        lasting_torque: s_hat_dot,
         ..MemoryRate::default()
     };
     Evaluation {

@@ -5,7 +5,7 @@
 //! Every record names its words once, in [`Record::visit`], for reading and writing alike.
 #![no_std]
 
-use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VehicleState};
 use glam::{Quat, Vec3};
@@ -87,6 +87,13 @@ fn cascade(x: &mut CascadeGains, word: &mut impl FnMut(&mut u32)) {
     }
 }
 
+fn integral(x: &mut IntegralAction, word: &mut impl FnMut(&mut u32)) {
+    let IntegralAction { acceleration_max, gamma_d, torque_max, gamma_t } = x;
+    for x in [acceleration_max, gamma_d, torque_max, gamma_t] {
+        number(x, word);
+    }
+}
+
 const ZERO_INTERVAL: Interval = Interval { lower: 0.0, upper: 0.0 };
 const ZERO_UNCERTAINTY: Uncertainty = Uncertainty {
     mass: ZERO_INTERVAL,
@@ -118,6 +125,7 @@ impl Record for RobustAdaptiveConfig {
             cascade: ZERO_CASCADE,
             k4: 0.0,
             gamma2: 0.0,
+            integral: IntegralAction::OFF,
         }
     }
 
@@ -130,6 +138,7 @@ impl Record for RobustAdaptiveConfig {
         for gain in [&mut self.k4, &mut self.gamma2] {
             number(gain, word);
         }
+        integral(&mut self.integral, word);
     }
 }
 
@@ -147,6 +156,7 @@ impl Record for SaturatedConfig {
             k5: 0.0,
             gamma2: 0.0,
             gamma3: 0.0,
+            integral: IntegralAction::OFF,
         }
     }
 
@@ -160,6 +170,7 @@ impl Record for SaturatedConfig {
         for gain in [thrust_max, torque_max, k4, k5, gamma2, gamma3] {
             number(gain, word);
         }
+        integral(&mut self.integral, word);
     }
 }
 

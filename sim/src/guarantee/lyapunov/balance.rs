@@ -9,6 +9,7 @@
 //! ```
 //! with `J' = 1`, `J'' = J` for controller 1 and `J' = J_lo`, `J'' = I` for controller 2; `_true` are
 //! differences over the tick. `rho_v` also holds what an adaptation that is switched off leaves over.
+//! With integral action `rho_d` has `d1 - d_c` and `d2 - t_c`: what lasts, its estimate answers for.
 //! `A = A_h + A_r`: `A_h` bounds the effect of holding the wrench over the tick, is made of second-order
 //! terms only, and so shrinks with `dt^2`; `A_r` bounds the rounding of the `f32` controller.
 //! Derivation: `docs/guarantees.md`.
@@ -96,12 +97,14 @@ pub(super) fn balance(p: &Parameters, tick: &Tick, to: &Tick) -> Balance {
 fn disturbance(p: &Parameters, tick: &Tick, now: &Evaluation) -> f64 {
     let Disturbance { acceleration_world: d1, torque_body: d2 } = tick.disturbance;
     let (g, w_e) = (now.translation.g, now.rate_error);
+    let [d_c, t_c] =
+        p.integral.map_or(Default::default(), |integral| [integral.acceleration, integral.torque]);
     let sign = smooth_sign(w_e, now.delta.1.value);
     let torque = match p.saturated {
         None => d2 - p.d2 * sign,
         Some(saturated) => saturated.inverse_inertia * d2 - p.d2 / p.inertia_set.0 * sign,
     };
-    p.c * g.dot(d1 - p.d1 * now.translation.sign) + w_e.dot(torque)
+    p.c * g.dot(d1 - d_c - p.d1 * now.translation.sign) + w_e.dot(torque - t_c)
 }
 
 /// `3 c D1 delta_t + 3 D2 delta_r / J'` with the exact constant.
@@ -229,5 +232,10 @@ fn adaptation_hold(p: &Parameters, now: &Evaluation) -> f64 {
         + over(increments.inertia.length_squared(), p.gamma2)
         + p.saturated.map_or(0.0, |saturated| {
             over(increments.gyroscopic_ratio.length_squared(), saturated.gamma3)
+        })
+        + p.integral.map_or(0.0, |integral| {
+            let [force, torque] = increments.lasting;
+            p.c * over(force.length_squared(), integral.gamma_d)
+                + over(torque.length_squared(), integral.gamma_t)
         })
 }

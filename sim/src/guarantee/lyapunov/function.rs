@@ -26,6 +26,7 @@ pub struct Evaluator {
     inverse_mass: Resolved,
     inertia: Resolved,
     gyroscopic_ratio: Resolved,
+    lasting: [Resolved; 2],
     increments: Increments,
 }
 
@@ -35,6 +36,8 @@ struct Estimated {
     /// `a_hat` or `theta_hat`.
     inertia: DVec3,
     gyroscopic_ratio: DVec3,
+    /// `d_hat`, and `t_hat` or `s_hat`.
+    lasting: [DVec3; 2],
 }
 
 impl Evaluator {
@@ -46,6 +49,7 @@ impl Evaluator {
             inverse_mass: Resolved::default(),
             inertia: Resolved::default(),
             gyroscopic_ratio: Resolved::default(),
+            lasting: [Resolved::default(); 2],
             increments: Increments::default(),
         }
     }
@@ -55,7 +59,8 @@ impl Evaluator {
         let estimated = self.estimated(tick);
         let p = &self.parameters;
         let delta = p.widths(tick.tick);
-        let translation = Translation::new(p, tick, estimated.inverse_mass, delta.0.value);
+        let [d_hat, torque_hat] = estimated.lasting;
+        let translation = Translation::new(p, tick, estimated.inverse_mass, d_hat, delta.0.value);
         let attitude = Attitude::new(
             translation.alpha,
             &tick.reference,
@@ -80,6 +85,9 @@ impl Evaluator {
             gyroscopic: p.gyroscopic(tick.truth.rate_body),
             inverse_mass_error: p.inverse_mass - estimated.inverse_mass,
             inertia_error: p.inertia_parameter() - estimated.inertia,
+            lasting_error: p
+                .integral
+                .map_or(Default::default(), |it| [it.acceleration - d_hat, it.torque - torque_hat]),
             delta,
             increments: Increments::default(),
             inverse_mass: estimated.inverse_mass,
@@ -106,6 +114,23 @@ impl Evaluator {
             (estimates.inertia.as_dvec3(), p.inertia_set)
         };
         let increments = self.increments;
+        let lasting = match &p.integral {
+            None => [DVec3::ZERO; 2],
+            Some(integral) => {
+                let [force, torque] = &mut self.lasting;
+                let (d_c, t_c) = integral.bounds;
+                let reported = if p.saturated.is_some() {
+                    tick.lasting.angular_acceleration_body
+                } else {
+                    tick.lasting.torque_body
+                };
+                let d_hat = tick.lasting.acceleration_world.as_dvec3();
+                [
+                    force.advance(increments.lasting[0], (-d_c, d_c), d_hat),
+                    torque.advance(increments.lasting[1], (-t_c, t_c), reported.as_dvec3()),
+                ]
+            }
+        };
         let inverse_mass = DVec3::splat(estimates.inverse_mass.into());
         let moved = DVec3::splat(increments.inverse_mass);
         Estimated {
@@ -116,6 +141,7 @@ impl Evaluator {
                 (-1.0, 1.0),
                 estimates.gyroscopic_ratio.as_dvec3(),
             ),
+            lasting,
         }
     }
 }
@@ -138,10 +164,15 @@ fn parameter_part(p: &Parameters, evaluation: &Evaluation, ratio: DVec3) -> f64 
     let ratio = p.saturated.map_or(0.0, |saturated| {
         over((saturated.gyroscopic_ratio - ratio).length_squared(), saturated.gamma3)
     });
-    p.c * mass + inertia + ratio
+    let lasting = p.integral.map_or(0.0, |integral| {
+        let [acceleration, torque] = evaluation.lasting_error;
+        p.c * over(acceleration.length_squared(), integral.gamma_d)
+            + over(torque.length_squared(), integral.gamma_t)
+    });
+    p.c * mass + inertia + ratio + lasting
 }
 
-/// The update laws (14), (35), (51), (52) over one tick, before projection.
+/// The update laws (14), (35), (51), (52) and those of the integral action over one tick, before projection.
 fn increments(p: &Parameters, evaluation: &Evaluation, tick: &Tick) -> Increments {
     let (w, w_e) = (tick.truth.rate_body, evaluation.rate_error);
     let thrust = evaluation.lengths.alpha;
@@ -159,7 +190,12 @@ fn increments(p: &Parameters, evaluation: &Evaluation, tick: &Tick) -> Increment
             (p.dt * p.gamma2 * torque * w_e, p.dt * saturated.gamma3 * products * w_e)
         }
     };
-    Increments { inverse_mass, inertia, gyroscopic_ratio }
+    let lasting = p.integral.map_or(Default::default(), |integral| {
+        let g = evaluation.translation.g;
+        let horizontal = DVec3::new(g.x, g.y, 0.0);
+        [p.dt * integral.gamma_d * horizontal, p.dt * integral.gamma_t * w_e]
+    });
+    Increments { inverse_mass, inertia, gyroscopic_ratio, lasting }
 }
 
 impl Parameters {

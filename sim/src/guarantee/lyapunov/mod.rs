@@ -7,6 +7,7 @@
 //!                                         + |Pi - Pi_hat|^2/(2 gamma3)
 //! ```
 //!
+//! Integral action adds `c |d_c - d_hat|^2/(2 gamma_d)` and `|t_c - t_hat|^2/(2 gamma_t)`.
 //! A term whose adaptation is switched off (`gamma = 0`) is left out. `docs/guarantees.md` derives
 //! what V may do from one tick to the next along the real closed loop; [`balance`] computes it.
 

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::evaluation::Width;
 use crate::plant::PlantParameters;
+use ctrl_core::config::IntegralAction;
 use ctrl_core::controller::ControllerConfig;
 
 /// Constants of the Lyapunov function of one law on one vehicle; symbols as in the theory.
@@ -34,6 +35,21 @@ pub(super) struct Parameters {
     pub saturated: Option<SaturatedParameters>,
     /// `[J_lo, J_hi]`.
     pub inertia_set: (f64, f64),
+    /// Constants of the integral action; none without it.
+    pub integral: Option<IntegralParameters>,
+}
+
+/// Gains, bounds and true values of the integral action; what is switched off has gain and value zero.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct IntegralParameters {
+    pub gamma_d: f64,
+    pub gamma_t: f64,
+    /// Bounds of the components of `d_hat`, and of `t_hat` or `s_hat`.
+    pub bounds: (f64, f64),
+    /// `d_c` (m/s^2).
+    pub acceleration: DVec3,
+    /// `t_c` (N m), controller 1, or `s_c = t_c/J` (rad/s^2), controller 2.
+    pub torque: DVec3,
 }
 
 /// Parameters of controller 2 alone.
@@ -75,6 +91,7 @@ impl Parameters {
             inertia: truth.inertia,
             saturated: SaturatedParameters::new(law, truth.inertia),
             inertia_set: (uncertainty.inertia.lower.into(), uncertainty.inertia.upper.into()),
+            integral: IntegralParameters::new(law, truth),
         }
     }
 
@@ -97,6 +114,25 @@ impl Width {
         // at most 2/(3 sqrt 3).
         let drift = 0.5 * ticks * 0.5 * f64::from(f32::EPSILON) * decayed / square;
         Self { value: square.sqrt(), sign_error: drift.min(1.0) * 2.0 / 27f64.sqrt() }
+    }
+}
+
+impl IntegralParameters {
+    fn new(law: &ControllerConfig, truth: &PlantParameters) -> Option<Self> {
+        let integral = law.integral();
+        let (torque_max, divisor, inertia) = match law {
+            ControllerConfig::RobustAdaptive(_) => (integral.torque_max, 1.0, DVec3::ONE),
+            ControllerConfig::Saturated(_) => {
+                (integral.torque_max, law.uncertainty().inertia.lower, truth.inertia)
+            }
+        };
+        (*integral != IntegralAction::OFF).then(|| Self {
+            gamma_d: integral.gamma_d.into(),
+            gamma_t: integral.gamma_t.into(),
+            bounds: (integral.acceleration_max.into(), (torque_max / divisor).into()),
+            acceleration: truth.lasting.acceleration_world,
+            torque: truth.lasting.torque_body / inertia,
+        })
     }
 }
 

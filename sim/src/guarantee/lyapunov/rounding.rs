@@ -18,10 +18,12 @@ pub(super) fn rounding(p: &Parameters, tick: &Tick, now: &Evaluation) -> f64 {
     let error = Errors::new(p, tick, now);
     // While the auxiliary attitude is away from rest, its own rounding turns R_d at every tick.
     let auxiliary = if tick.auxiliary.attitude.w < 1.0 { 4.0 * ULP } else { 0.0 };
+    // Integral action adds two squares to the sum.
+    let of_value = if p.integral.is_some() { 6.0 } else { 2.0 };
     p.c * (error.stepping + p.dt * error.acceleration * g)
         + p.dt * (error.rate_dot * w_e + error.virtual_rate * eps)
         + auxiliary * eps
-        + 2.0 * f64::EPSILON * now.value // of V itself
+        + of_value * f64::EPSILON * now.value // of V itself
 }
 
 /// Rounding errors of the law's quantities.

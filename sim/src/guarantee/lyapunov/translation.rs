@@ -8,7 +8,13 @@ use crate::evaluation::Translation;
 use crate::tick::Tick;
 
 impl Translation {
-    pub(super) fn new(p: &Parameters, tick: &Tick, inverse_mass: f64, delta: f64) -> Self {
+    pub(super) fn new(
+        p: &Parameters,
+        tick: &Tick,
+        inverse_mass: f64,
+        d_hat: DVec3,
+        delta: f64,
+    ) -> Self {
         let (truth, reference) = (&tick.truth, &tick.reference);
         let e_p = truth.position_world - reference.position_world.as_dvec3();
         let e_v = truth.velocity_world - reference.velocity_world.as_dvec3();
@@ -19,7 +25,10 @@ impl Translation {
         let g = p.k2 * (sigma_1 + sigma_2) + p.k1 * e_v; // (16)
         let needed = f64::from(GRAVITY) * DVec3::Z + reference.acceleration_world.as_dvec3();
         let sign = smooth_sign(g, delta);
-        let acceleration = needed - sigma_1 - sigma_2 - p.d1 * sign;
+        let mut acceleration = needed - sigma_1 - sigma_2 - p.d1 * sign;
+        if p.integral.is_some() {
+            acceleration -= d_hat;
+        }
         Self {
             position_error: e_p,
             velocity_error: e_v,

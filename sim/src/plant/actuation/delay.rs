@@ -48,7 +48,7 @@ mod tests {
 
     /// The tick whose command acts in each plant step, for `delay` of the 4 ms ticks of 4 steps.
     fn acting(delay: f64) -> Vec<f64> {
-        let parameters = PlantParameters { mass: 1.0, inertia: DVec3::ONE };
+        let parameters = PlantParameters::new(1.0, DVec3::ONE);
         let body = RigidBody::new(&parameters, 4e-3, 4);
         let mark = |thrust| AppliedWrench { thrust, torque_body: DVec3::ZERO };
         let mut delay = Delay::new(delay, mark(-1.0), &body);

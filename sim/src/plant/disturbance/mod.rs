@@ -9,6 +9,7 @@ pub use gust::Gust;
 pub use noise::Noise;
 pub use sinusoid::Sinusoid;
 
+use ctrl_core::config::IntegralAction;
 use glam::DVec3;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -44,6 +45,32 @@ pub struct Constant {
 }
 
 impl DisturbanceConfig {
+    /// The part of the constant that `integral` estimates: inside its bounds, the acceleration horizontal.
+    #[must_use]
+    pub fn lasting(&self, integral: &IntegralAction) -> Disturbance {
+        let Some(constant) = self.constant else { return Disturbance::default() };
+        let inside = |x: DVec3, bound: f32| {
+            let bound = DVec3::splat(bound.into());
+            x.clamp(-bound, bound)
+        };
+        let acceleration = inside(constant.acceleration, integral.acceleration_max);
+        Disturbance {
+            acceleration_world: acceleration.with_z(0.0),
+            torque_body: inside(constant.torque, integral.torque_max),
+        }
+    }
+
+    /// [`bounds`](Self::bounds) of what is left to `D1` and `D2` beside the part that `integral` estimates.
+    #[must_use]
+    pub fn bounds_beside(&self, integral: &IntegralAction) -> (f64, f64) {
+        let lasting = self.lasting(integral);
+        let rest = self.constant.map(|constant| Constant {
+            acceleration: constant.acceleration - lasting.acceleration_world,
+            torque: constant.torque - lasting.torque_body,
+        });
+        Self { constant: rest, ..*self }.bounds()
+    }
+
     /// Bounds of each component of `d1` (m/s^2) and `d2` (N m), over all time and seeds.
     #[must_use]
     pub fn bounds(&self) -> (f64, f64) {
