@@ -1,7 +1,10 @@
 //! Guarantees of both controllers over a grid of vehicles, starts, disturbances and step rates; the
 //! grid and its margins are in `docs/verification.md`. The feature `exhaustive` flies more of it.
 
+use ctrl_core::config::IntegralAction;
 use ctrl_core::controller::ControllerConfig;
+use rayon::prelude::*;
+use sil_host::campaign::{Campaign, CampaignOverrides, RunOutcome, fly_run};
 use sim::scenario::LoadedScenario;
 use system_tests::grid::{Case, Errors, Kind, campaign, check, corners, documented, fly_all};
 
@@ -135,4 +138,72 @@ fn less_coupling_saves_a_vehicle_that_falls_for_long() {
     println!("c = 1e-4: {:?}, {} rad/s", saved.settled, saved.fastest_turn);
     assert!(lost.settled.tilt > 1.0 && lost.breach.is_none());
     assert!(saved.settled.tilt < 0.03 && saved.breach.is_none());
+}
+
+/// The campaign of the integral action: what a lasting push leaves.
+const INTEGRAL: &str = "guarantees-integral-action";
+
+#[test]
+fn integral_action_leaves_less_than_a_centimetre_and_a_tenth_of_a_degree() {
+    let open = |runs| CampaignOverrides { runs, first_seed: None };
+    let file = Campaign::open(INTEGRAL, &open(None), &[]).expect("a campaign");
+    let campaign = Campaign::open(INTEGRAL, &open(Some(file.runs() * TIMES)), &[]);
+    let campaign = campaign.expect("a campaign");
+    let runs: Vec<_> = (0..campaign.runs()).collect();
+    let rows = runs.par_iter().flat_map(|&index| fly_run(&campaign, index).rows);
+    let faults: Vec<_> = rows
+        .filter(|row| row.outcome != RunOutcome::Held || !row.assumptions_kept)
+        .map(|row| {
+            format!("{} {}: {}", row.seed, campaign.variants()[row.variant].name, row.reason)
+        })
+        .collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// The same flights without it: the push leaves what the tables of the page say, half a metre and more.
+#[test]
+fn without_integral_action_the_same_push_leaves_decimetres() {
+    let campaign =
+        Campaign::open(INTEGRAL, &CampaignOverrides::default(), &[]).expect("a campaign");
+    for variant in campaign.variants() {
+        let mut scenario = campaign.scenario(0, variant).expect("a scenario").scenario().clone();
+        match &mut scenario.controller {
+            ControllerConfig::RobustAdaptive(config) => config.integral = IntegralAction::OFF,
+            ControllerConfig::Saturated(config) => config.integral = IntegralAction::OFF,
+        }
+        let outcome = Case { scenario, disturbance: Kind::Constant }.fly();
+        assert!(outcome.settled.position > 0.1, "{}: {:?}", variant.name, outcome.settled);
+    }
+}
+
+/// A wind that turns at `omega` leaves the error of the linearisation at hover, with `Gp`, `Gv`, `Kp`, `Kv` as in
+/// `docs/tune.md`: `|e/d| = omega/|s^3 + Kv s^2 + (Kp + gamma_d Gv) s + gamma_d Gp|` at `s = i omega`.
+#[test]
+fn a_slowly_turning_wind_leaves_the_predicted_error() {
+    for omega in [0.005f64, 0.02] {
+        let changes = [
+            "duration=1500".to_owned(),
+            "guarantees.settle_time=1000".to_owned(),
+            "disturbance.constant.acceleration=[0, 0, 0]".to_owned(),
+            "disturbance.constant.torque=[0, 0, 0]".to_owned(),
+            format!(
+                "disturbance.sinusoid={{frequency={}, acceleration=[0.02, 0, 0], torque=[0, 0, 0]}}",
+                omega / core::f64::consts::TAU
+            ),
+        ];
+        let scenario = LoadedScenario::open("steady-wind", &changes).expect("a scenario");
+        let scenario = scenario.scenario().clone();
+        let (gains, known) = (*scenario.controller.cascade(), *scenario.controller.uncertainty());
+        let [k1, k2, m1, m2] = [gains.k1, gains.k2, gains.m1, gains.m2].map(f64::from);
+        let slope = f64::from(known.disturbance_acceleration / gains.delta_min_translation);
+        let gamma = f64::from(scenario.controller.integral().gamma_d);
+        let (gp, gv) = (k1 * k2 * m1, k2 * k2 * (m1 + m2) + k1);
+        let (kp, kv) = (k1 * m1 + slope * gp, k2 * (m1 + m2) + slope * gv);
+        let real = gamma * gp - kv * omega * omega;
+        let imaginary = omega * (kp + gamma * gv - omega * omega);
+        let predicted = 0.02 * omega / real.hypot(imaginary);
+        let flown = Case { scenario, disturbance: Kind::Sinusoid }.fly().settled.position;
+        println!("{omega} rad/s: {flown:.5} m, predicted {predicted:.5} m");
+        assert!((flown / predicted - 1.0).abs() < 0.05, "{omega}: {flown} for {predicted}");
+    }
 }

@@ -28,6 +28,7 @@ impl BuiltInCampaign {
         "guarantees-controller-1",
         "guarantees-tilt-recovery",
         "guarantees-paper-saturated",
+        "guarantees-integral-action",
     ];
 
     /// The one of that name.
