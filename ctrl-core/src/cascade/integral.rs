@@ -9,7 +9,7 @@
 
 use glam::Vec3;
 
-use super::require_integrable;
+use super::step_rate::require_integrable;
 use crate::adaptation::Estimate;
 use crate::config::{CascadeGains, IntegralAction};
 use crate::error::Bound::{Inside, NotNegative, Positive};
@@ -127,5 +127,40 @@ impl Integral {
             force: IntegralLoop::new(acceleration_max, gamma_d),
             torque: IntegralLoop::new(torque_max / torque.divisor, gamma_t),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::assert_eq;
+
+    const LOOP: IntegralLoop = IntegralLoop { bound: 0.3, gain: 2.0 };
+
+    #[test]
+    fn the_projection_holds_what_points_outwards_at_the_border() {
+        let estimate = Vec3::new(0.3, -0.3, 0.1);
+        assert_eq!(LOOP.rate(estimate, Vec3::ONE), Vec3::new(0.0, 2.0, 2.0));
+        assert_eq!(LOOP.rate(estimate, -Vec3::ONE), Vec3::new(-2.0, 0.0, -2.0));
+        let held = LOOP.rate(estimate, Vec3::ONE);
+        assert_eq!(LOOP.rate_dot(held, Vec3::splat(3.0)), Vec3::new(0.0, 6.0, 6.0));
+    }
+
+    #[test]
+    fn an_estimate_stays_inside_its_bound() {
+        let mut estimate = Estimate::new(Vec3::ZERO);
+        assert!(!LOOP.advance(&mut estimate, Vec3::new(0.2, -0.2, 0.0)));
+        assert!(LOOP.advance(&mut estimate, Vec3::new(0.2, -0.2, 0.1)));
+        assert_eq!(estimate.value(), Vec3::new(0.3, -0.3, 0.1));
+    }
+
+    #[test]
+    fn a_checkpoint_outside_the_set_is_refused_by_name() {
+        let name = "checkpoint.lasting.torque_body";
+        let value = Vec3::new(0.0, 0.31, 0.0);
+        let error = IntegralLoop::resume(Some(&LOOP), name, value).unwrap_err();
+        assert_eq!((error.parameter, error.value), (name, 0.31));
+        let error = IntegralLoop::resume(None, name, Vec3::splat(1e-6)).unwrap_err();
+        assert_eq!(error.bound, Inside(0.0, 0.0));
     }
 }

@@ -5,6 +5,7 @@ mod attitude;
 mod force;
 mod integral;
 mod rate;
+mod step_rate;
 mod validation;
 
 use glam::{Quat, Vec3};
@@ -14,7 +15,7 @@ use attitude::{DesiredAttitude, desired_attitude};
 use force::{ForceCommand, force_command};
 pub(crate) use integral::{Integral, IntegralLoop, IntegralState, TorqueEstimate};
 use rate::{VirtualRate, virtual_rate};
-pub(crate) use validation::require_integrable;
+pub(crate) use step_rate::require_integrable;
 
 use crate::adaptation::Estimate;
 use crate::auxiliary::AuxiliaryTerms;

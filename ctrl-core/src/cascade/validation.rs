@@ -5,29 +5,17 @@
 //! (or, for a second-order loop, its natural frequency) times `dt` at most one, half of what makes a
 //! held first-order loop unstable.
 
-use super::{Cascade, Integral, TorqueEstimate};
+use super::Cascade;
+use super::integral::{Integral, TorqueEstimate};
+use super::step_rate::require_integrable;
 use crate::config::{CascadeGains, IntegralAction};
-use crate::error::Bound::{AtMost, Below, Finite, Inside, NotNegative, Positive};
+use crate::error::Bound::{Below, Finite, Inside, NotNegative, Positive};
 use crate::error::{ConfigError, Judge};
 use crate::sqrt::sqrt;
 use crate::vehicle::{GRAVITY, InitialEstimate, Uncertainty, WrenchBounds};
 
 /// `sqrt(3)`: norm of a vector whose components are one.
 const SQRT_3: f32 = 1.732_050_8;
-
-/// Largest product of a loop's rate and the step period.
-const STEP_RATE_MAX: f32 = 1.0;
-
-/// Refuses a loop rate (1/s) that a step of `step_period` (s) cannot integrate.
-pub(crate) fn require_integrable(
-    judge: &mut impl Judge,
-    parameter: &'static str,
-    step_period: f32,
-    rate: f32,
-) -> Result<(), ConfigError> {
-    let source = "stability of the fixed step";
-    judge.require(parameter, step_period * rate, AtMost(STEP_RATE_MAX), source)
-}
 
 impl Cascade {
     /// Validates what the two controllers share. The torque bound is the controller's to set.
