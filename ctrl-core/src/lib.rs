@@ -77,6 +77,7 @@ mod cascade;
 pub mod config;
 pub mod controller;
 pub mod error;
+pub mod estimator;
 pub mod jet;
 pub mod list;
 pub mod mode;

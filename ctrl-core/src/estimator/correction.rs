@@ -1,0 +1,265 @@
+//! Correction by one measurement: one number after the other, each through the gate.
+
+use glam::{Quat, Vec3};
+
+use super::covariance::{ATTITUDE, MEASURED, POSITION, Projection, Row, STATES, VELOCITY};
+use super::history::Motion;
+use super::measurement::{Measurement, Source, Verdict};
+use super::state::EstimatorState;
+use super::{Estimator, Restart};
+use crate::rotation::{renormalised, rotate, vector_part};
+use crate::sqrt::sqrt;
+
+/// Largest magnitude of a measured number.
+const NUMBER_MAX: f32 = 1e7;
+/// Largest attitude correction about one axis at once (rad).
+const TURN_MAX: f32 = 0.5;
+/// Smallest horizontal part of the magnetic field that still is a heading, of its length.
+const HORIZONTAL_MIN: f32 = 0.05;
+
+/// Correction of all states, gathered over the numbers of one measurement.
+struct Gathered {
+    correction: [f32; STATES],
+    normalised: f32,
+    components: u8,
+}
+
+impl Estimator {
+    /// Takes a measurement in, unless its sensor is at fault or it lies outside the gate.
+    #[inline(always)]
+    pub fn correct(&self, state: &mut EstimatorState, measurement: &Measurement) -> Verdict {
+        let source = measurement.source();
+        let numbers = measurement.numbers();
+        let (step, limits) = (state.step, &self.config.faults);
+        let health = &mut state.sources[source as usize];
+        let stuck = health.is_stuck(&numbers, limits.repetitions);
+        if !numbers.iter().all(|x| x.abs() <= NUMBER_MAX) {
+            health.refuse();
+            return Verdict::Unusable;
+        }
+        if stuck {
+            return Verdict::Stuck;
+        }
+        let verdict = self.take(state, measurement, source);
+        let health = &mut state.sources[source as usize];
+        match verdict {
+            Verdict::Accepted { .. } => health.accept(step),
+            Verdict::Rejected => {
+                health.reject();
+                return self.after_rejection(state, measurement, source);
+            }
+            _ => health.refuse(),
+        }
+        verdict
+    }
+
+    /// Compares the measurement with the state at its own time.
+    #[inline(always)]
+    fn take(
+        &self,
+        state: &mut EstimatorState,
+        measurement: &Measurement,
+        source: Source,
+    ) -> Verdict {
+        let config = self.config.source(source);
+        let steps = config.delay / self.config.step_period;
+        let motion = state.history.motion(steps, self.slot_spacing);
+        let (r, rz) = (
+            config.deviation * config.deviation,
+            config.deviation_vertical * config.deviation_vertical,
+        );
+        let noise = [r, r, rz];
+        match *measurement {
+            Measurement::Barometer(height) => {
+                let past = state.position_world.z - motion.displacement.z;
+                let row = past_position(2, config.delay, state);
+                self.apply(state, [height - past], |_| row, [r])
+            }
+            Measurement::GnssPosition(position) | Measurement::CapturePosition(position) => {
+                let innovation = position - (state.position_world - motion.displacement);
+                let rows = [0, 1, 2].map(|k| past_position(k, config.delay, state));
+                self.apply(state, innovation.to_array(), |k| rows[k], noise)
+            }
+            Measurement::GnssVelocity(velocity) => {
+                let innovation = velocity - (state.velocity_world - motion.gained_velocity);
+                let rows = [0, 1, 2].map(|k| past_velocity(k, config.delay, state));
+                self.apply(state, innovation.to_array(), |k| rows[k], noise)
+            }
+            Measurement::CaptureAttitude(attitude) => {
+                let Some(innovation) = turned_from(state, attitude, &motion) else {
+                    return Verdict::Unusable;
+                };
+                self.apply(state, innovation.to_array(), |k| unit_row(ATTITUDE + k), noise)
+            }
+            Measurement::Magnetometer(field) => match self.heading(state, field, &motion) {
+                Some((innovation, row)) => self.apply(state, [innovation], |_| row, [r]),
+                None => Verdict::Unusable,
+            },
+        }
+    }
+
+    /// All numbers of a measurement, or none of them if one lies outside the gate.
+    #[inline(always)]
+    fn apply<const N: usize>(
+        &self,
+        state: &mut EstimatorState,
+        innovations: [f32; N],
+        row: impl Fn(usize) -> Row,
+        noises: [f32; N],
+    ) -> Verdict {
+        let gate = self.config.faults.gate;
+        let rows: [Row; N] = core::array::from_fn(&row);
+        let inside = |projection: &Projection, innovation: f32| {
+            innovation * innovation <= gate * projection.variance
+        };
+        for ((innovation, row), noise) in innovations.iter().zip(&rows).zip(&noises).skip(1) {
+            if !inside(&state.covariance.project(row, *noise), *innovation) {
+                return Verdict::Rejected;
+            }
+        }
+        let mut gathered = Gathered { correction: [0.0; STATES], normalised: 0.0, components: 0 };
+        for ((innovation, row), noise) in innovations.iter().zip(&rows).zip(&noises) {
+            let projection = state.covariance.project(row, *noise);
+            let known: f32 =
+                row.iter().zip(&gathered.correction).map(|(h, correction)| h * correction).sum();
+            let rest = innovation - known;
+            if gathered.components == 0 && !inside(&projection, rest) {
+                return Verdict::Rejected;
+            }
+            let gain = state.covariance.correct(&projection);
+            for (correction, k) in gathered.correction.iter_mut().zip(&gain) {
+                *correction += k * rest;
+            }
+            gathered.normalised += rest * rest / projection.variance;
+            gathered.components += 1;
+        }
+        shift(state, &gathered.correction);
+        Verdict::Accepted { normalised: gathered.normalised, components: gathered.components }
+    }
+
+    /// Innovation of the heading, and its row: `-theta_z + (m_z/m_h) (n . theta)` is the angle by which the
+    /// field, turned by the estimate, misses its known direction `n`.
+    fn heading(
+        &self,
+        state: &EstimatorState,
+        field_body: Vec3,
+        motion: &Motion,
+    ) -> Option<(f32, Row)> {
+        let then = renormalised(state.attitude * motion.rotation)?;
+        let field = rotate(then, field_body);
+        let square = field.x * field.x + field.y * field.y;
+        let whole = square + field.z * field.z;
+        if !(square > HORIZONTAL_MIN * HORIZONTAL_MIN * whole) {
+            return None;
+        }
+        let horizontal = sqrt(square);
+        let north = self.north;
+        let sine = (field.x * north.y - field.y * north.x) / horizontal;
+        let cosine = field.x * north.x + field.y * north.y;
+        // Beyond a right angle the sine would fall again.
+        let innovation = if cosine >= 0.0 { sine } else { 1.0f32.copysign(sine) };
+        let dip = field.z / horizontal;
+        let mut row = [0.0; MEASURED];
+        row[ATTITUDE] = -dip * north.x;
+        row[ATTITUDE + 1] = -dip * north.y;
+        row[ATTITUDE + 2] = 1.0;
+        Some((innovation, row))
+    }
+
+    /// A position source that keeps disagreeing is believed when no other position has been accepted
+    /// within its timeout.
+    #[inline(never)]
+    fn after_rejection(
+        &self,
+        state: &mut EstimatorState,
+        measurement: &Measurement,
+        source: Source,
+    ) -> Verdict {
+        let position = match *measurement {
+            Measurement::GnssPosition(position) | Measurement::CapturePosition(position) => {
+                position
+            }
+            _ => return Verdict::Rejected,
+        };
+        let recent = |source: Source| {
+            let timeout = self.config.source(source).timeout / self.config.step_period;
+            let age = state.sources[source as usize].age(state.step);
+            age.is_some_and(|age| age as f32 <= timeout)
+        };
+        let rejections = state.sources[source as usize].rejections();
+        if recent(Source::GnssPosition)
+            || recent(Source::CapturePosition)
+            || rejections < self.config.faults.rejections
+        {
+            return Verdict::Rejected;
+        }
+        let count = state.restart.count.wrapping_add(1);
+        let shift = position - state.position_world;
+        state.restart = Restart { count, position_shift_world: shift };
+        state.position_world = position;
+        let (position, velocity) = self.config.restart_variances(source);
+        state.covariance.restart(position, velocity);
+        state.sources[source as usize].accept(state.step);
+        Verdict::Restarted
+    }
+}
+
+/// A measurement of the state `k` itself.
+fn unit_row(k: usize) -> Row {
+    core::array::from_fn(|i| if i == k { 1.0 } else { 0.0 })
+}
+
+/// Row of component `k` of the position `delay` ago, by the errors of now:
+/// `p(t - d) = p - d v + d^2/2 theta × a`.
+fn past_position(k: usize, delay: f32, state: &EstimatorState) -> Row {
+    let mut row = unit_row(POSITION + k);
+    row[VELOCITY + k] = -delay;
+    tilted(&mut row, k, 0.5 * delay * delay, state);
+    row
+}
+
+/// Row of component `k` of the velocity `delay` ago: `v(t - d) = v - d theta × a`.
+fn past_velocity(k: usize, delay: f32, state: &EstimatorState) -> Row {
+    let mut row = unit_row(VELOCITY + k);
+    tilted(&mut row, k, -delay, state);
+    row
+}
+
+/// Adds `factor` of component `k` of `theta × a`.
+fn tilted(row: &mut Row, k: usize, factor: f32, state: &EstimatorState) {
+    let a = factor * state.acceleration_world;
+    let [x, y, z] = match k {
+        0 => [0.0, a.z, -a.y],
+        1 => [-a.z, 0.0, a.x],
+        _ => [a.y, -a.x, 0.0],
+    };
+    row[ATTITUDE] = x;
+    row[ATTITUDE + 1] = y;
+    row[ATTITUDE + 2] = z;
+}
+
+/// Rotation vector in world axes from the estimated to the measured attitude; none if the measurement is
+/// no quaternion of unit length.
+fn turned_from(state: &EstimatorState, measured: Quat, motion: &Motion) -> Option<Vec3> {
+    let then = renormalised(state.attitude * motion.rotation)?;
+    let error = renormalised(measured)? * then.conjugate();
+    let sign = if error.w < 0.0 { -2.0 } else { 2.0 };
+    Some(sign * vector_part(error))
+}
+
+/// Shifts the state by a correction of its error.
+#[inline(always)]
+fn shift(state: &mut EstimatorState, correction: &[f32; STATES]) {
+    let [p0, p1, p2, v0, v1, v2, t0, t1, t2, g0, g1, g2, a0, a1, a2] = *correction;
+    state.position_world += Vec3::new(p0, p1, p2);
+    state.velocity_world += Vec3::new(v0, v1, v2);
+    let limit = Vec3::splat(TURN_MAX);
+    let half = 0.5 * Vec3::new(t0, t1, t2).max(-limit).min(limit);
+    let turn = Quat::from_xyzw(half.x, half.y, half.z, 1.0 - 0.5 * half.length_squared());
+    state.attitude = renormalised(renormalised(turn).unwrap_or(Quat::IDENTITY) * state.attitude)
+        .unwrap_or(state.attitude);
+    let gyro_bias = Vec3::new(g0, g1, g2);
+    state.gyro_bias += gyro_bias;
+    state.rate_body -= gyro_bias;
+    state.accelerometer_bias += Vec3::new(a0, a1, a2);
+}

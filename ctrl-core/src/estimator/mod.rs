@@ -1,0 +1,256 @@
+//! Estimate of the vehicle's state from its sensors: an error-state Kalman filter with 15 states.
+//!
+//! Position, velocity and attitude follow the inertial samples; their errors and the biases of gyro and
+//! accelerometer are 15 error states with a covariance, which barometer, magnetometer, GNSS and motion
+//! capture correct, one number after the other. `docs/estimator.md` has the equations.
+//!
+//! - The attitude error is a rotation in *world* axes. The order position, velocity, attitude, biases then
+//!   makes the transition matrix unit upper triangular, and a covariance in the factors `U D U^T` is
+//!   propagated exactly: see [`covariance`].
+//! - Every measurement passes a chi-square gate; stuck, jumping and missing sensors are named in the
+//!   [`Estimate`] and do no harm. A position source that keeps disagreeing when no other is left restarts
+//!   position and velocity, and the restart is announced.
+//! - Delayed measurements are compared with the past through a bounded [`history`].
+//!
+//! Configuration and state are separate; both steps are total, allocate nothing and loop over fixed sizes.
+//!
+//! ```
+//! use ctrl_core::estimator::{Estimator, EstimatorConfig, InertialSample, Measurement};
+//! use ctrl_core::vehicle::{GRAVITY, VehicleState};
+//! use glam::Vec3;
+//!
+//! let estimator = Estimator::new(&EstimatorConfig::EXAMPLE)?;
+//! let mut state = estimator.start(&VehicleState::at_rest(Vec3::ZERO));
+//! let resting =
+//!     InertialSample { rate_body: Vec3::ZERO, specific_force_body: GRAVITY * Vec3::Z };
+//! for step in 0..2_000 {
+//!     estimator.predict(&mut state, &resting);
+//!     if step % 10 == 0 {
+//!         let seen = Vec3::new(0.5, 0.0, 0.001 * (step % 3) as f32);
+//!         estimator.correct(&mut state, &Measurement::CapturePosition(seen));
+//!     }
+//! }
+//! assert!((estimator.estimate(&state).vehicle.position_world.x - 0.5).abs() < 1e-2);
+//! # Ok::<(), ctrl_core::error::ConfigError>(())
+//! ```
+
+pub mod alignment;
+mod config;
+mod correction;
+pub mod covariance;
+mod health;
+pub mod history;
+mod measurement;
+mod prediction;
+mod state;
+#[cfg(test)]
+mod tests;
+
+pub use config::{EstimatorConfig, FaultLimits, InertialNoise, InitialDeviation, SourceConfig};
+pub use health::{Fault, Health};
+pub use measurement::{InertialSample, Measurement, SOURCES, Source, Verdict};
+pub use state::{Estimate, EstimatorState, Restart, Validity};
+
+use glam::{Quat, Vec2, Vec3};
+
+use crate::error::ConfigError;
+use crate::rotation::renormalised;
+use crate::sqrt::sqrt;
+use crate::vehicle::VehicleState;
+use covariance::{ATTITUDE, Covariance, POSITION, VELOCITY};
+use history::History;
+
+/// Time without a usable inertial sample after which rates are no longer valid (s).
+const INERTIAL_TIMEOUT: f32 = 0.02;
+
+/// A validated configuration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimator {
+    config: EstimatorConfig,
+    /// Variances that one prediction adds: velocity, attitude, a bias state of either kind.
+    noise: [f32; 4],
+    /// Unit vector along the magnetic field's horizontal part.
+    north: Vec2,
+    slot_spacing: u16,
+}
+
+impl Estimator {
+    /// Checks the configuration.
+    ///
+    /// # Errors
+    /// Names the field and its bound.
+    pub fn new(config: &EstimatorConfig) -> Result<Self, ConfigError> {
+        config.check()?;
+        let (dt, noise) = (config.step_period, &config.inertial);
+        let square = |density: f32| density * density * dt;
+        // The walks of six bias states are added in turn.
+        let walk = |density: f32| prediction::TURNS as f32 * square(density);
+        let north = config.magnetic_north_world;
+        Ok(Self {
+            config: *config,
+            noise: [
+                square(noise.accelerometer),
+                square(noise.gyro),
+                walk(noise.gyro_bias),
+                walk(noise.accelerometer_bias),
+            ],
+            north: north / sqrt(north.length_squared()),
+            slot_spacing: config.slot_spacing(),
+        })
+    }
+
+    /// The configuration.
+    #[must_use]
+    pub fn config(&self) -> &EstimatorConfig {
+        &self.config
+    }
+
+    /// The state of a vehicle that is known up to the configured deviations; biases zero. A vector that is
+    /// not finite or out of range is taken as zero.
+    #[must_use]
+    pub fn start(&self, vehicle: &VehicleState) -> EstimatorState {
+        let within = |x: Vec3, limit: f32| {
+            let good = x.to_array().iter().all(|x| x.abs() <= limit);
+            if good { x } else { Vec3::ZERO }
+        };
+        let rate_body = within(vehicle.rate_body, prediction::RATE_MAX);
+        EstimatorState {
+            position_world: within(vehicle.position_world, prediction::STATE_MAX),
+            velocity_world: within(vehicle.velocity_world, prediction::STATE_MAX),
+            attitude: renormalised(vehicle.attitude).unwrap_or(Quat::IDENTITY),
+            gyro_bias: Vec3::ZERO,
+            accelerometer_bias: Vec3::ZERO,
+            rate_body,
+            acceleration_world: Vec3::ZERO,
+            held: InertialSample {
+                rate_body,
+                specific_force_body: crate::vehicle::GRAVITY * Vec3::Z,
+            },
+            covariance: Covariance::diagonal(&self.config.initial_variances()),
+            history: History::new(),
+            inertial: Health::NEW,
+            sources: [Health::NEW; SOURCES.len()],
+            step: 0,
+            turn: 0,
+            restart: Restart::default(),
+            covariance_restarts: 0,
+        }
+    }
+
+    /// The estimate with its validity, ages, faults and deviations.
+    #[must_use]
+    pub fn estimate(&self, state: &EstimatorState) -> Estimate {
+        let EstimatorConfig { step_period, faults, .. } = &self.config;
+        let seconds = |steps: u32| steps as f32 * step_period;
+        let inertial_timeout = INERTIAL_TIMEOUT / step_period;
+        let deviations = |first| {
+            let variances = state.covariance.variances(first).to_array();
+            Vec3::from_array(variances.map(sqrt))
+        };
+        let [position, velocity, attitude] = [POSITION, VELOCITY, ATTITUDE].map(deviations);
+        let inertial_age = state.inertial.age(state.step).unwrap_or(state.step);
+        let mut validity = Validity::empty();
+        let rate = inertial_age as f32 <= inertial_timeout;
+        validity.set(Validity::RATE, rate);
+        validity.set(Validity::TILT, rate && attitude.x.max(attitude.y) <= faults.tilt);
+        validity.set(Validity::HEADING, rate && attitude.z <= faults.heading);
+        validity.set(Validity::VELOCITY, rate && velocity.max_element() <= faults.velocity);
+        validity.set(Validity::POSITION, rate && position.max_element() <= faults.position);
+        let fault = |k: usize| {
+            let timeout = self.config.source(SOURCES[k]).timeout / step_period;
+            state.sources[k].fault(state.step, timeout, faults)
+        };
+        Estimate {
+            vehicle: state.vehicle(),
+            validity,
+            age: seconds(inertial_age),
+            source_ages: state.sources.map(|health| health.age(state.step).map(seconds)),
+            faults: core::array::from_fn(fault),
+            inertial_fault: state.inertial.fault(state.step, inertial_timeout, faults),
+            position_deviation: position,
+            velocity_deviation: velocity,
+            attitude_deviation: attitude,
+            restart: state.restart,
+        }
+    }
+
+    /// Rotation about z from the field's horizontal direction to the world's x.
+    fn north_rotation(&self) -> Quat {
+        // Half the angle: the direction half way between x and north.
+        let half = Vec2::new(1.0 + self.north.x, self.north.y);
+        let length = half.length_squared();
+        if length < 1e-6 {
+            return Quat::from_xyzw(0.0, 0.0, 1.0, 0.0);
+        }
+        let half = half / sqrt(length);
+        Quat::from_xyzw(0.0, 0.0, half.y, half.x)
+    }
+}
+
+impl EstimatorConfig {
+    /// A micro-electromechanical IMU at 1 kHz, GNSS, barometer, magnetometer and motion capture of common
+    /// quality: an example, and a start for a configuration of one's own.
+    pub const EXAMPLE: Self = Self {
+        step_period: 1e-3,
+        inertial: InertialNoise {
+            gyro: 2.5e-4,
+            accelerometer: 2e-3,
+            gyro_bias: 1e-5,
+            accelerometer_bias: 1e-4,
+        },
+        initial: InitialDeviation {
+            position: 1.0,
+            velocity: 0.2,
+            tilt: 0.02,
+            heading: 0.05,
+            gyro_bias: 0.01,
+            accelerometer_bias: 0.1,
+        },
+        magnetic_north_world: Vec2::Y,
+        barometer: SourceConfig {
+            deviation: 0.3,
+            deviation_vertical: 0.3,
+            delay: 0.0,
+            timeout: 0.5,
+        },
+        magnetometer: SourceConfig {
+            deviation: 0.03,
+            deviation_vertical: 0.03,
+            delay: 0.0,
+            timeout: 0.5,
+        },
+        gnss_position: SourceConfig {
+            deviation: 1.2,
+            deviation_vertical: 2.0,
+            delay: 0.1,
+            timeout: 1.0,
+        },
+        gnss_velocity: SourceConfig {
+            deviation: 0.05,
+            deviation_vertical: 0.1,
+            delay: 0.1,
+            timeout: 1.0,
+        },
+        capture_position: SourceConfig {
+            deviation: 1e-3,
+            deviation_vertical: 1e-3,
+            delay: 0.01,
+            timeout: 0.1,
+        },
+        capture_attitude: SourceConfig {
+            deviation: 5e-3,
+            deviation_vertical: 5e-3,
+            delay: 0.01,
+            timeout: 0.1,
+        },
+        faults: FaultLimits {
+            gate: 16.0,
+            rejections: 5,
+            repetitions: 10,
+            position: 5.0,
+            velocity: 1.0,
+            tilt: 0.1,
+            heading: 0.3,
+        },
+    };
+}

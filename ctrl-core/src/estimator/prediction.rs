@@ -1,0 +1,119 @@
+//! Prediction: strapdown integration of one inertial sample, and the covariance beside it.
+
+use glam::{Mat3, Quat, Vec3};
+
+use super::covariance::{ACCELEROMETER_BIAS, ATTITUDE, Covariance, GYRO_BIAS, Jacobian, VELOCITY};
+use super::measurement::InertialSample;
+use super::state::EstimatorState;
+use super::{Estimator, Restart};
+use crate::rotation::renormalised;
+use crate::vehicle::GRAVITY;
+
+/// Predictions after which each bias state has had its noise.
+pub const TURNS: u8 = 6;
+/// Largest rate that a sample may have (rad/s).
+pub const RATE_MAX: f32 = 200.0;
+/// Largest specific force that a sample may have (m/s^2).
+const FORCE_MAX: f32 = 2_000.0;
+/// Largest distance and speed that an estimate may have (m, m/s).
+pub const STATE_MAX: f32 = 1e7;
+/// Factor of the noise while samples are held.
+const HELD: f32 = 1e4;
+
+impl Estimator {
+    /// Moves on by one step period. A sample that is not finite, out of range or stuck is replaced by the
+    /// last good one, with ten thousand times the noise variance.
+    #[inline(always)]
+    pub fn predict(&self, state: &mut EstimatorState, sample: &InertialSample) {
+        state.step = state.step.wrapping_add(1);
+        let usable = self.usable(state, sample);
+        if usable {
+            state.held = *sample;
+        }
+        let dt = self.config.step_period;
+        let rate = state.held.rate_body - state.gyro_bias;
+        let force = state.held.specific_force_body - state.accelerometer_bias;
+        let turn = step_rotation(dt * rate);
+        // Half of the rotation, to second order: the attitude amid the step turns the force.
+        let half = Quat::from_xyzw(0.5 * turn.x, 0.5 * turn.y, 0.5 * turn.z, 0.5 + 0.5 * turn.w);
+        let middle = renormalised(state.attitude * half).unwrap_or(state.attitude);
+        let to_world = Mat3::from_quat(middle);
+        state.acceleration_world = to_world * force;
+        let gain_world = dt * state.acceleration_world;
+        let gained = gain_world - Vec3::new(0.0, 0.0, dt * GRAVITY);
+        let displacement = dt * (state.velocity_world + 0.5 * gained);
+        state.position_world += displacement;
+        state.velocity_world += gained;
+        state.attitude = renormalised(state.attitude * turn).unwrap_or(Quat::IDENTITY);
+        state.rate_body = rate;
+        state.history.advance(displacement, gained, turn, self.slot_spacing);
+        let jacobian = Jacobian { step_period: dt, gain_world, bias: to_world * -dt };
+        state.covariance.propagate(&jacobian);
+        self.add_noise(state, if usable { 1.0 } else { HELD });
+        self.keep_sound(state);
+    }
+
+    /// Judges a sample.
+    #[inline(always)]
+    fn usable(&self, state: &mut EstimatorState, sample: &InertialSample) -> bool {
+        let InertialSample { rate_body: w, specific_force_body: a } = sample;
+        let numbers = [w.x, w.y, w.z, a.x, a.y, a.z];
+        let stuck = state.inertial.is_stuck(&numbers, self.config.faults.repetitions);
+        // Comparisons with NaN are false.
+        let in_range = numbers[..3].iter().all(|x| x.abs() <= RATE_MAX)
+            && numbers[3..].iter().all(|x| x.abs() <= FORCE_MAX);
+        if !in_range {
+            state.inertial.refuse();
+        } else if !stuck {
+            state.inertial.accept(state.step);
+        }
+        in_range && !stuck
+    }
+
+    /// Noise of velocity and attitude, and in turn that of one bias state. The sensors' noise is the same
+    /// along all axes, so it is in the world's too.
+    #[inline(always)]
+    fn add_noise(&self, state: &mut EstimatorState, factor: f32) {
+        let [velocity, attitude, gyro_bias, accelerometer_bias] = self.noise;
+        for k in 0..3 {
+            state.covariance.add_noise(VELOCITY + k, factor * velocity);
+            state.covariance.add_noise(ATTITUDE + k, factor * attitude);
+        }
+        let turn = usize::from(state.turn);
+        if turn < 3 {
+            state.covariance.add_noise(GYRO_BIAS + turn, gyro_bias);
+        } else {
+            state.covariance.add_noise(ACCELEROMETER_BIAS + turn - 3, accelerometer_bias);
+        }
+        state.turn = if state.turn + 1 < TURNS { state.turn + 1 } else { 0 };
+    }
+
+    /// Starts anew what has grown beyond meaning, which announces itself by its deviations.
+    #[inline(always)]
+    fn keep_sound(&self, state: &mut EstimatorState) {
+        if !state.covariance.is_sound() {
+            state.covariance = Covariance::diagonal(&self.config.initial_variances());
+            state.covariance_restarts = state.covariance_restarts.saturating_add(1);
+        }
+        let within = |x: Vec3| x.abs().max_element() <= STATE_MAX && x.is_finite();
+        if !(within(state.position_world) && within(state.velocity_world)) {
+            state.position_world = Vec3::ZERO;
+            state.velocity_world = Vec3::ZERO;
+            let count = state.restart.count.wrapping_add(1);
+            state.restart = Restart { count, position_shift_world: Vec3::ZERO };
+            let variance = Vec3::splat(1e8);
+            state.covariance.restart(variance, variance);
+        }
+    }
+}
+
+/// Quaternion of the rotation vector `turn`, to fourth order; the first steps of sine and cosine.
+#[inline(always)]
+fn step_rotation(turn: Vec3) -> Quat {
+    let half = 0.5 * turn;
+    let square = half.length_squared();
+    let eps = half * (1.0 - square * (1.0 / 6.0));
+    let q =
+        Quat::from_xyzw(eps.x, eps.y, eps.z, 1.0 - 0.5 * square + square * square * (1.0 / 24.0));
+    renormalised(q).unwrap_or(Quat::IDENTITY)
+}
