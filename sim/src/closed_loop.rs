@@ -14,6 +14,7 @@ use crate::observer::Observer;
 use crate::plant::PlantState;
 use crate::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
 use crate::plant::vehicle::{Plant, Vehicle};
+use crate::sensor::Navigation;
 use crate::tick::Tick;
 
 /// Quantities of a law of the paper at one step.
@@ -75,6 +76,8 @@ pub struct Flight<C: TrackingController, T, P = Vehicle, D = DisturbanceProcess>
     plant: P,
     disturbance: D,
     evaluator: Option<Evaluator>,
+    /// If absent, the controller receives the true state.
+    navigation: Option<Box<Navigation>>,
     tick: u64,
 }
 
@@ -83,7 +86,8 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
     /// period.
     pub fn new(controller: C, trajectory: T, plant: P, disturbance: D) -> Self {
         let state = controller.initial_state();
-        Self { controller, state, trajectory, plant, disturbance, evaluator: None, tick: 0 }
+        let (evaluator, navigation) = (None, None);
+        Self { controller, state, trajectory, plant, disturbance, evaluator, navigation, tick: 0 }
     }
 
     /// Adds the Lyapunov evaluation of a law of the paper to the observed ticks.
@@ -92,33 +96,47 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         Self { evaluator: Some(evaluator), ..self }
     }
 
+    /// The same flight by sensors: the controller receives their estimate in place of the true state.
+    #[must_use]
+    pub fn with_navigation(self, navigation: Navigation) -> Self {
+        Self { navigation: Some(Box::new(navigation)), ..self }
+    }
+
+    /// Sensors and estimator, if the flight is by them.
+    #[must_use]
+    pub fn navigation(&self) -> Option<&Navigation> {
+        self.navigation.as_deref()
+    }
+
     /// The same flight along another trajectory, which the caller has the controller
     /// [`accept`](AdaptiveController::accept).
     #[must_use]
     pub fn with_trajectory<U: Trajectory>(self, trajectory: U) -> Flight<C, U, P, D> {
-        let Self { controller, state, plant, disturbance, evaluator, tick, .. } = self;
-        Flight { controller, state, trajectory, plant, disturbance, evaluator, tick }
+        let Self { controller, state, plant, disturbance, evaluator, navigation, tick, .. } = self;
+        Flight { controller, state, trajectory, plant, disturbance, evaluator, navigation, tick }
     }
 
     /// The same flight of another plant, with the same step period.
     #[must_use]
     pub fn with_plant<Q: Plant>(self, plant: Q) -> Flight<C, T, Q, D> {
-        let Self { controller, state, trajectory, disturbance, evaluator, tick, .. } = self;
-        Flight { controller, state, trajectory, plant, disturbance, evaluator, tick }
+        let Self {
+            controller, state, trajectory, disturbance, evaluator, navigation, tick, ..
+        } = self;
+        Flight { controller, state, trajectory, plant, disturbance, evaluator, navigation, tick }
     }
 
     /// The same flight under another disturbance.
     #[must_use]
     pub fn with_disturbance<E: DisturbanceSource>(self, disturbance: E) -> Flight<C, T, P, E> {
-        let Self { controller, state, trajectory, plant, evaluator, tick, .. } = self;
-        Flight { controller, state, trajectory, plant, disturbance, evaluator, tick }
+        let Self { controller, state, trajectory, plant, evaluator, navigation, tick, .. } = self;
+        Flight { controller, state, trajectory, plant, disturbance, evaluator, navigation, tick }
     }
 
     /// Flies `ticks` control ticks at full speed, without observer.
     pub fn advance(&mut self, ticks: u64) {
         for _ in 0..ticks {
             let reference = self.trajectory.reference(self.tick);
-            let measured = self.plant.truth().measured();
+            let measured = measured(&mut self.navigation, self.plant.truth());
             let disturbance = self.disturbance.advance(self.plant.truth());
             let output = self.controller.step(&mut self.state, &measured, &reference);
             self.plant.command(&output.wrench);
@@ -152,6 +170,12 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
     }
 }
 
+/// The state that the controller receives.
+#[inline]
+fn measured(navigation: &mut Option<Box<Navigation>>, truth: &PlantState) -> VehicleState {
+    navigation.as_mut().map_or_else(|| truth.measured(), |navigation| navigation.measure(truth))
+}
+
 impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Flight<C, T, P, D> {
     /// Flies `ticks` control ticks; `observer` receives each of them.
     pub fn observe<O: Observer + ?Sized>(&mut self, ticks: u64, observer: &mut O) {
@@ -166,8 +190,9 @@ impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         let reference = self.trajectory.reference(self.tick);
         let truth = *self.plant.truth();
         let disturbance = self.disturbance.advance(&truth);
+        let measured = measured(&mut self.navigation, &truth);
         let (output, quantities) =
-            self.controller.step_with_quantities(&mut self.state, &truth.measured(), &reference);
+            self.controller.step_with_quantities(&mut self.state, &measured, &reference);
         let applied = self.plant.command(&output.wrench);
         let mut tick = Tick {
             tick: self.tick,

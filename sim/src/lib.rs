@@ -15,4 +15,5 @@ pub mod observer;
 pub mod plant;
 pub mod quantity;
 pub mod scenario;
+pub mod sensor;
 pub mod tick;

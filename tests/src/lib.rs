@@ -5,6 +5,7 @@
 pub mod accuracy;
 #[cfg(doctest)]
 mod documentation;
+pub mod estimator_transcription;
 pub mod flight;
 pub mod golden;
 pub mod grid;

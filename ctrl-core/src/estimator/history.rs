@@ -69,10 +69,10 @@ fn difference(a: [i32; 3], b: [i32; 3]) -> Vec3 {
 }
 
 impl History {
-    /// Empty.
+    /// With the start as its only moment.
     #[must_use]
     pub const fn new() -> Self {
-        Self { now: Sums::ZERO, slots: [Sums::ZERO; SLOTS], newest: 0, filled: 0, since: 0 }
+        Self { now: Sums::ZERO, slots: [Sums::ZERO; SLOTS], newest: 0, filled: 1, since: 0 }
     }
 
     /// Adds one step: displacement, gained velocity, rotation in body axes. Every `spacing` steps it is kept.

@@ -109,6 +109,16 @@ impl Guarantees {
         }
     }
 
+    /// The monitors of a flight whose controller receives an estimate: nothing is guaranteed of V, which the
+    /// monitors show as information; limits, sets and errors are judged as before.
+    #[must_use]
+    pub fn by_estimate(mut self) -> Self {
+        if let Some(law) = &mut self.law {
+            law.lyapunov.set_by_estimate();
+        }
+        self
+    }
+
     /// Adds a monitor of the caller's; its rows follow the built-in ones.
     #[must_use]
     pub fn with(mut self, monitor: impl Monitor + Send + 'static) -> Self {

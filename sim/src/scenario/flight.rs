@@ -13,6 +13,7 @@ use crate::plant::actuation::Actuators;
 use crate::plant::disturbance::DisturbanceProcess;
 use crate::plant::rigid_body::RigidBody;
 use crate::plant::vehicle::Vehicle;
+use crate::sensor::Navigation;
 
 /// The flight of a scenario with the controller that it configures.
 pub type ScenarioFlight = Flight<AnyController, AnyTrajectory>;
@@ -21,7 +22,7 @@ impl Scenario {
     /// The vehicle at the first tick.
     ///
     /// # Errors
-    /// The parameter that the controller or the trajectory refuses.
+    /// The parameter that the controller, the trajectory or the estimator refuses.
     pub fn flight(&self) -> Result<ScenarioFlight, ConfigError> {
         use ctrl_core::controller::AdaptiveController;
         let controller = self.controller.build()?;
@@ -40,14 +41,16 @@ impl Scenario {
     pub fn monitors(&self) -> Guarantees {
         let Self { guarantees, controller, .. } = self;
         let parameters = self.plant_parameters();
-        Guarantees::new(guarantees, controller, &parameters, &self.effective_actuation())
+        let monitors =
+            Guarantees::new(guarantees, controller, &parameters, &self.effective_actuation());
+        if self.sensors.is_some() { monitors.by_estimate() } else { monitors }
     }
 }
 
 /// The vehicle of `scenario` at the first tick, under a controller in place of the configured one.
 ///
 /// # Errors
-/// The parameter that the trajectory refuses.
+/// The parameter that the trajectory or the estimator refuses.
 pub fn flight_with<C: TrackingController>(
     controller: C,
     scenario: &Scenario,
@@ -58,6 +61,9 @@ pub fn flight_with<C: TrackingController>(
     let body = RigidBody::new(&parameters, period, scenario.plant_steps_per_tick);
     let actuators = Actuators::new(&scenario.actuation, &parameters, &body);
     let disturbance = DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period);
-    let vehicle = Vehicle::new(body, actuators, scenario.initial.state());
-    Ok(Flight::new(controller, trajectory, vehicle, disturbance))
+    let start = scenario.initial.state();
+    let vehicle = Vehicle::new(body, actuators, start);
+    let flight = Flight::new(controller, trajectory, vehicle, disturbance);
+    let Some(sensors) = &scenario.sensors else { return Ok(flight) };
+    Ok(flight.with_navigation(Navigation::new(sensors, scenario.seed, period, &start)?))
 }

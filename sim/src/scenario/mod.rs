@@ -27,6 +27,7 @@ use crate::guarantee::GuaranteeConfig;
 use crate::plant::PlantParameters;
 use crate::plant::actuation::ActuationConfig;
 use crate::plant::disturbance::DisturbanceConfig;
+use crate::sensor::SensorsConfig;
 
 /// Everything that a flight depends on.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -47,6 +48,9 @@ pub struct Scenario {
     /// Actuator dynamics; if absent, a command acts exactly and at once.
     #[serde(default)]
     pub actuation: ActuationConfig,
+    /// Sensors; if absent, the controller receives the true state.
+    #[serde(default)]
+    pub sensors: Option<SensorsConfig>,
     /// State at the first tick.
     pub initial: InitialCondition,
     /// Disturbance of the vehicle.

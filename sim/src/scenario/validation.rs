@@ -144,6 +144,9 @@ pub(super) fn broken_assumptions(scenario: &Scenario) -> Vec<String> {
         format!("disturbance torque up to {torque} N m exceeds D2 = {d2} N m"),
     );
     broken.extend(unlike_the_command(scenario));
+    broken.extend(scenario.sensors.map(|_| {
+        "the controller receives an estimate by sensors in place of the true state".to_owned()
+    }));
     broken
 }
 

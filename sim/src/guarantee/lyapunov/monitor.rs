@@ -16,8 +16,8 @@ use ctrl_core::controller::ControllerConfig;
 pub struct LyapunovMonitor {
     parameters: Parameters,
     window_length: f64,
-    /// `true` if a command within the rotor limits acts at once and exactly; otherwise nothing is guaranteed
-    /// of V.
+    /// `true` if the controller receives the truth and a command within the rotor limits acts at once and
+    /// exactly; otherwise nothing is guaranteed of V.
     is_prompt: bool,
     limits: Option<Limits>,
     previous: Option<Tick>,
@@ -69,6 +69,11 @@ impl LyapunovMonitor {
             excluded: Extreme::at(0.0, 0.0),
             outside: 0.0,
         }
+    }
+
+    /// Judges nothing of V: the controller receives an estimate.
+    pub fn set_by_estimate(&mut self) {
+        self.is_prompt = false;
     }
 
     /// `true` if the proof does not cover the tick after this one.

@@ -1,0 +1,295 @@
+//! Inertial sensors: means over the sample period, distorted, with bias and noise, saturated and rounded.
+
+use core::f64::consts::PI;
+
+use ctrl_core::estimator::InertialSample;
+use ctrl_core::vehicle::GRAVITY;
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::bias::Bias;
+use super::converter::Converter;
+use super::distortion::Distortion;
+use super::noise::WhiteNoise;
+use super::random::Normal;
+use crate::plant::PlantState;
+
+/// Standard gravity, the unit of data sheets (m/s^2).
+const G: f64 = 9.806_65;
+/// One degree (rad).
+const DEGREE: f64 = PI / 180.0;
+
+/// Parameters of an inertial measurement unit, in the units of data sheets.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImuParameters {
+    /// Rate of the samples, at most the control rate (Hz).
+    pub rate: f64,
+    /// Noise density of the gyro (deg/s/√Hz).
+    pub gyro_noise_density: f64,
+    /// Random walk of the gyro's bias (deg/s/√s).
+    pub gyro_bias_walk: f64,
+    /// Standard deviation of the gyro's bias at the start, after calibration (deg/s).
+    pub gyro_offset: f64,
+    /// Full scale of the gyro (deg/s).
+    pub gyro_range: f64,
+    /// Sensitivity of the gyro (LSB/(deg/s)).
+    pub gyro_sensitivity: f64,
+    /// Noise density of the accelerometer (µg/√Hz).
+    pub accelerometer_noise_density: f64,
+    /// Random walk of the accelerometer's bias (µg/√s).
+    pub accelerometer_bias_walk: f64,
+    /// Standard deviation of the accelerometer's bias at the start, after calibration (mg).
+    pub accelerometer_offset: f64,
+    /// Full scale of the accelerometer (g).
+    pub accelerometer_range: f64,
+    /// Sensitivity of the accelerometer (LSB/g).
+    pub accelerometer_sensitivity: f64,
+    /// Standard deviation of each axis' scale error after calibration (%).
+    pub scale_error: f64,
+    /// Standard deviation of each coupling between two axes after calibration (%).
+    pub misalignment: f64,
+}
+
+impl ImuParameters {
+    /// Bosch BMI088. Data sheet: noise densities 0.014 deg/s/√Hz and 175 µg/√Hz (x, y), ranges 2000 deg/s and
+    /// 24 g with 16.384 LSB/(deg/s) and 1365 LSB/g. Bias walks, and what calibration leaves of offset, scale
+    /// and alignment, are in no data sheet: assumed, of the order that Allan variances of such parts show.
+    pub const BMI088: Self = Self {
+        rate: 1000.0,
+        gyro_noise_density: 0.014,
+        gyro_bias_walk: 5e-4,
+        gyro_offset: 0.1,
+        gyro_range: 2000.0,
+        gyro_sensitivity: 16.384,
+        accelerometer_noise_density: 175.0,
+        accelerometer_bias_walk: 20.0,
+        accelerometer_offset: 3.0,
+        accelerometer_range: 24.0,
+        accelerometer_sensitivity: 1365.0,
+        scale_error: 0.05,
+        misalignment: 0.05,
+    };
+
+    /// TDK ICM-42688-P. Data sheet: noise densities 2.8 mdeg/s/√Hz and 70 µg/√Hz, ranges 2000 deg/s and 16 g
+    /// with 16.4 LSB/(deg/s) and 2048 LSB/g. The rest is assumed, as for the BMI088.
+    pub const ICM_42688_P: Self = Self {
+        gyro_noise_density: 0.0028,
+        gyro_bias_walk: 3e-4,
+        gyro_sensitivity: 16.4,
+        accelerometer_noise_density: 70.0,
+        accelerometer_bias_walk: 10.0,
+        accelerometer_range: 16.0,
+        accelerometer_sensitivity: 2048.0,
+        ..Self::BMI088
+    };
+
+    /// Standard deviation of a gyro sample from its converter's steps (rad/s).
+    fn gyro_step(&self) -> f64 {
+        DEGREE / self.gyro_sensitivity
+    }
+
+    /// One step of the accelerometer's converter (m/s^2).
+    fn accelerometer_step(&self) -> f64 {
+        G / self.accelerometer_sensitivity
+    }
+
+    /// Noise densities that an estimator should assume: the parts' and the rounding's, for samples each
+    /// `period` (s); gyro (rad/s/√Hz), accelerometer (m/s^2/√Hz).
+    #[must_use]
+    pub fn densities(&self, period: f64) -> (f64, f64) {
+        let with_rounding =
+            |density: f64, step: f64| (density * density + step * step / 12.0 * period).sqrt();
+        (
+            with_rounding(self.gyro_noise_density * DEGREE, self.gyro_step()),
+            with_rounding(self.accelerometer_noise_density * 1e-6 * G, self.accelerometer_step()),
+        )
+    }
+
+    /// Walks of the biases: gyro (rad/s/√s), accelerometer (m/s^2/√s).
+    #[must_use]
+    pub fn walks(&self) -> (f64, f64) {
+        (self.gyro_bias_walk * DEGREE, self.accelerometer_bias_walk * 1e-6 * G)
+    }
+
+    /// Standard deviations of the biases at the start: gyro (rad/s), accelerometer (m/s^2).
+    #[must_use]
+    pub fn offsets(&self) -> (f64, f64) {
+        (self.gyro_offset * DEGREE, self.accelerometer_offset * 1e-3 * G)
+    }
+
+    /// Ticks of `tick` (s) per sample.
+    #[must_use]
+    pub fn ticks_per_sample(&self, tick: f64) -> u32 {
+        (1.0 / (self.rate * tick)).round().max(1.0) as u32
+    }
+}
+
+/// One kind of sensor of the unit.
+#[derive(Clone, Debug)]
+struct Axes {
+    distortion: Distortion,
+    bias: Bias,
+    noise: WhiteNoise,
+    converter: Converter,
+}
+
+impl Axes {
+    fn sample(&mut self, x: DVec3) -> DVec3 {
+        let seen = self.distortion.apply(x) + self.bias.advance() + self.noise.advance();
+        self.converter.convert_each(seen)
+    }
+}
+
+/// A unit in flight.
+#[derive(Clone, Debug)]
+pub struct Imu {
+    gyro: Axes,
+    accelerometer: Axes,
+    tick: f64,
+    ticks_per_sample: u32,
+    taken: u32,
+    rate_sum: DVec3,
+    force_sum: DVec3,
+}
+
+impl Imu {
+    /// Of a flight with `seed`, in ticks of `tick` (s).
+    #[must_use]
+    pub fn new(parameters: &ImuParameters, seed: u64, tick: f64) -> Self {
+        let p = parameters;
+        let ticks_per_sample = p.ticks_per_sample(tick);
+        let period = f64::from(ticks_per_sample) * tick;
+        let normal = |effect| Normal::new(seed, effect);
+        let distortion =
+            |effect| Distortion::new(p.scale_error / 100.0, p.misalignment / 100.0, normal(effect));
+        let ((gyro_walk, force_walk), (gyro_offset, force_offset)) = (p.walks(), p.offsets());
+        Self {
+            gyro: Axes {
+                distortion: distortion(0),
+                bias: Bias::new(gyro_offset, gyro_walk, period, normal(1)),
+                noise: WhiteNoise::of_density(p.gyro_noise_density * DEGREE, period, normal(2)),
+                converter: Converter::new(p.gyro_range * DEGREE, p.gyro_step()),
+            },
+            accelerometer: Axes {
+                distortion: distortion(3),
+                bias: Bias::new(force_offset, force_walk, period, normal(4)),
+                noise: WhiteNoise::of_density(
+                    p.accelerometer_noise_density * 1e-6 * G,
+                    period,
+                    normal(5),
+                ),
+                converter: Converter::new(p.accelerometer_range * G, p.accelerometer_step()),
+            },
+            tick,
+            ticks_per_sample,
+            taken: 0,
+            rate_sum: DVec3::ZERO,
+            force_sum: DVec3::ZERO,
+        }
+    }
+
+    /// Biases now: gyro (rad/s), accelerometer (m/s^2).
+    #[must_use]
+    pub fn biases(&self) -> (DVec3, DVec3) {
+        (self.gyro.bias.now(), self.accelerometer.bias.now())
+    }
+
+    /// The motion of one tick; a sample when one is complete.
+    pub fn advance(&mut self, before: &PlantState, now: &PlantState) -> Option<InertialSample> {
+        let (rate, force) = means(before, now, self.tick);
+        self.rate_sum += rate;
+        self.force_sum += force;
+        self.taken += 1;
+        if self.taken < self.ticks_per_sample {
+            return None;
+        }
+        let n = f64::from(self.taken);
+        let rate = self.gyro.sample(self.rate_sum / n);
+        let force = self.accelerometer.sample(self.force_sum / n);
+        (self.taken, self.rate_sum, self.force_sum) = (0, DVec3::ZERO, DVec3::ZERO);
+        Some(InertialSample { rate_body: rate.as_vec3(), specific_force_body: force.as_vec3() })
+    }
+}
+
+/// Mean rate and specific force over a tick in body axes: what a filter matched to the rate passes.
+#[must_use]
+pub fn means(before: &PlantState, now: &PlantState, tick: f64) -> (DVec3, DVec3) {
+    let turn = before.attitude.inverse() * now.attitude;
+    let turn = if turn.w < 0.0 { -turn } else { turn };
+    let vector = DVec3::new(turn.x, turn.y, turn.z);
+    let sine = vector.length();
+    let angle = 2.0 * libm::atan2(sine, turn.w);
+    let rotation = if sine > 1e-9 { vector * (angle / sine) } else { 2.0 * vector };
+    let middle: DQuat = (before.attitude + before.attitude * turn).normalize();
+    let gained = (now.velocity_world - before.velocity_world) / tick;
+    let force = middle.inverse() * (gained + DVec3::Z * f64::from(GRAVITY));
+    (rotation / tick, force)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state(time: f64) -> PlantState {
+        let rate = DVec3::new(0.4, -0.3, 0.8);
+        PlantState {
+            position_world: DVec3::ZERO,
+            velocity_world: DVec3::new(2.0, 1.0, -1.0) * time,
+            attitude: DQuat::from_scaled_axis(rate * time),
+            rate_body: rate,
+        }
+    }
+
+    /// A part without any error.
+    const EXACT: ImuParameters = ImuParameters {
+        gyro_noise_density: 0.0,
+        gyro_bias_walk: 0.0,
+        gyro_offset: 0.0,
+        gyro_sensitivity: 1e9,
+        accelerometer_noise_density: 0.0,
+        accelerometer_bias_walk: 0.0,
+        accelerometer_offset: 0.0,
+        accelerometer_sensitivity: 1e9,
+        scale_error: 0.0,
+        misalignment: 0.0,
+        ..ImuParameters::BMI088
+    };
+
+    #[test]
+    fn without_errors_it_gives_rate_and_specific_force() {
+        let mut imu = Imu::new(&EXACT, 1, 1e-3);
+        let sample = imu.advance(&state(0.5), &state(0.501)).unwrap();
+        assert!((sample.rate_body.as_dvec3() - state(0.0).rate_body).length() < 1e-6);
+        let force = DVec3::new(2.0, 1.0, -1.0 + f64::from(GRAVITY));
+        let expected = state(0.5005).attitude.inverse() * force;
+        assert!((sample.specific_force_body.as_dvec3() - expected).length() < 1e-5);
+    }
+
+    #[test]
+    fn it_saturates_at_full_scale() {
+        let mut imu = Imu::new(&EXACT, 1, 1e-3);
+        let fast = PlantState { velocity_world: DVec3::Z, ..state(0.0) };
+        let sample = imu.advance(&state(0.0), &fast).unwrap();
+        assert!((f64::from(sample.specific_force_body.z) - 24.0 * G).abs() < 1e-3);
+    }
+
+    #[test]
+    fn samples_come_at_the_rate_and_the_noise_has_the_density() {
+        for (parameters, rate) in
+            [(ImuParameters::BMI088, 1000.0), (ImuParameters::ICM_42688_P, 500.0)]
+        {
+            let parameters =
+                ImuParameters { rate, gyro_offset: 0.0, gyro_bias_walk: 0.0, ..parameters };
+            let mut imu = Imu::new(&parameters, 7, 1e-3);
+            let rest = PlantState { velocity_world: DVec3::ZERO, ..state(0.0) };
+            let samples: Vec<_> = (0..40_000).filter_map(|_| imu.advance(&rest, &rest)).collect();
+            assert_eq!(samples.len(), (40.0 * rate) as usize);
+            let square: f64 =
+                samples.iter().map(|sample| f64::from(sample.rate_body.length_squared())).sum();
+            let density = (square / 3.0 / samples.len() as f64 / rate).sqrt();
+            let (expected, _) = parameters.densities(1.0 / rate);
+            assert!((density / expected - 1.0).abs() < 0.02, "{density} {expected}");
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! Flight by sensors: they see the plant, the estimator sees them, and the controller gets its estimate.
+
+use ctrl_core::error::ConfigError;
+use ctrl_core::estimator::{Estimator, EstimatorState, Measurement, Verdict};
+use ctrl_core::vehicle::VehicleState;
+use glam::{DQuat, DVec3};
+
+use super::barometer::Barometer;
+use super::capture::Capture;
+use super::config::SensorsConfig;
+use super::gnss::Gnss;
+use super::imu::Imu;
+use super::magnetometer::Magnetometer;
+use super::random::Normal;
+use crate::plant::PlantState;
+
+/// Sums of the normalised squared innovations (NIS) of accepted measurements.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Innovations {
+    /// Sum; chi-square distributed with `components` degrees of freedom if the filter is consistent.
+    pub sum: f64,
+    /// Numbers taken in.
+    pub components: u64,
+    /// Measurements that were not taken in.
+    pub refused: u64,
+}
+
+/// Errors of an estimate, truth less estimate, in the order of the estimator's states.
+pub type ErrorState = [f64; 15];
+
+/// Sensors and estimator in flight.
+#[derive(Clone, Debug)]
+pub struct Navigation {
+    estimator: Estimator,
+    state: EstimatorState,
+    imu: Imu,
+    barometer: Option<Barometer>,
+    magnetometer: Option<Magnetometer>,
+    gnss: Option<Gnss>,
+    capture: Option<Capture>,
+    tick: u64,
+    before: PlantState,
+    innovations: Innovations,
+}
+
+impl Navigation {
+    /// At the start of a flight from `truth`, with an estimate that differs from it by the initial deviations.
+    ///
+    /// # Errors
+    /// The parameter that the estimator refuses.
+    pub fn new(
+        config: &SensorsConfig,
+        seed: u64,
+        tick: f64,
+        truth: &PlantState,
+    ) -> Result<Self, ConfigError> {
+        let estimator = Estimator::new(&config.estimator(tick))?;
+        let state = estimator.start(&started(&estimator, truth, seed));
+        Ok(Self {
+            estimator,
+            state,
+            imu: Imu::new(&config.imu(), seed, tick),
+            barometer: config.barometer().map(|it| Barometer::new(&it, seed, tick)),
+            magnetometer: config.magnetometer().map(|it| Magnetometer::new(&it, seed, tick)),
+            gnss: config.gnss().map(|it| Gnss::new(&it, seed, tick)),
+            capture: config.capture().map(|it| Capture::new(&it, seed, tick)),
+            tick: 0,
+            before: *truth,
+            innovations: Innovations::default(),
+        })
+    }
+
+    /// Takes what the sensors give at this tick; returns what the controller gets. Called once per tick.
+    pub fn measure(&mut self, truth: &PlantState) -> VehicleState {
+        if self.tick > 0 {
+            if let Some(sample) = self.imu.advance(&self.before, truth) {
+                self.estimator.predict(&mut self.state, &sample);
+            }
+            self.correct(truth);
+        }
+        self.before = *truth;
+        self.tick += 1;
+        self.state.vehicle()
+    }
+
+    fn correct(&mut self, truth: &PlantState) {
+        let tick = self.tick;
+        let height =
+            self.barometer.as_mut().and_then(|it| it.advance(tick, truth.position_world.z));
+        let field = self.magnetometer.as_mut().and_then(|it| it.advance(tick, truth.attitude));
+        let solution = self.gnss.as_mut().and_then(|it| it.advance(tick, truth));
+        let pose = self.capture.as_mut().and_then(|it| it.advance(tick, truth));
+        let measurements = [
+            height.map(|height| Measurement::Barometer(height as f32)),
+            field.map(|field| Measurement::Magnetometer(field.as_vec3())),
+            solution.map(|solution| Measurement::GnssPosition(solution.position.as_vec3())),
+            solution.map(|solution| Measurement::GnssVelocity(solution.velocity.as_vec3())),
+            pose.map(|pose| Measurement::CapturePosition(pose.position.as_vec3())),
+            pose.map(|pose| Measurement::CaptureAttitude(pose.attitude.as_quat())),
+        ];
+        for measurement in measurements.iter().flatten() {
+            match self.estimator.correct(&mut self.state, measurement) {
+                Verdict::Accepted { normalised, components } => {
+                    self.innovations.sum += f64::from(normalised);
+                    self.innovations.components += u64::from(components);
+                }
+                _ => self.innovations.refused += 1,
+            }
+        }
+    }
+
+    /// The estimator.
+    #[must_use]
+    pub fn estimator(&self) -> &Estimator {
+        &self.estimator
+    }
+
+    /// Its state.
+    #[must_use]
+    pub fn state(&self) -> &EstimatorState {
+        &self.state
+    }
+
+    /// Innovations so far.
+    #[must_use]
+    pub fn innovations(&self) -> Innovations {
+        self.innovations
+    }
+
+    /// Errors of the estimate against `truth`, and the sensors' own biases.
+    #[must_use]
+    pub fn errors(&self, truth: &PlantState) -> ErrorState {
+        let vehicle = self.state.vehicle();
+        let turn = truth.attitude * vehicle.attitude.as_dquat().normalize().inverse();
+        let turn = if turn.w < 0.0 { -turn } else { turn };
+        let (gyro, force) = self.imu.biases();
+        let parts = [
+            truth.position_world - vehicle.position_world.as_dvec3(),
+            truth.velocity_world - vehicle.velocity_world.as_dvec3(),
+            2.0 * DVec3::new(turn.x, turn.y, turn.z),
+            gyro - self.state.gyro_bias().as_dvec3(),
+            force - self.state.accelerometer_bias().as_dvec3(),
+        ];
+        let mut errors = [0.0; 15];
+        for (k, part) in parts.iter().enumerate() {
+            errors[3 * k..3 * k + 3].copy_from_slice(&part.to_array());
+        }
+        errors
+    }
+}
+
+/// `truth` with errors of the estimator's initial deviations.
+fn started(estimator: &Estimator, truth: &PlantState, seed: u64) -> VehicleState {
+    let initial = &estimator.config().initial;
+    let mut normal = Normal::new(seed, 50);
+    let tilt = f64::from(initial.tilt);
+    let turn = DVec3::new(tilt, tilt, initial.heading.into()) * normal.vector();
+    let exact = truth.measured();
+    let position = f64::from(initial.position) * normal.vector();
+    let velocity = f64::from(initial.velocity) * normal.vector();
+    VehicleState {
+        position_world: exact.position_world + position.as_vec3(),
+        velocity_world: exact.velocity_world + velocity.as_vec3(),
+        attitude: (DQuat::from_scaled_axis(turn) * truth.attitude).as_quat(),
+        rate_body: exact.rate_body,
+    }
+}

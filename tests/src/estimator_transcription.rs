@@ -1,0 +1,234 @@
+//! The estimator in `f64` with full matrices, written from `docs/estimator.md` without a look at the core's
+//! factors: `P = F P F^T + Q`, corrections in Joseph's form, the whole past instead of slots.
+
+use ctrl_core::estimator::{EstimatorConfig, InertialSample, Measurement};
+use ctrl_core::vehicle::{GRAVITY, VehicleState};
+use glam::{DMat3, DQuat, DVec3};
+
+/// Error states.
+pub const STATES: usize = 15;
+/// A full matrix, row by row.
+pub type Matrix = [[f64; STATES]; STATES];
+
+/// The filter and its state.
+#[derive(Clone, Debug)]
+pub struct Transcription {
+    config: EstimatorConfig,
+    /// Position (m).
+    pub position: DVec3,
+    /// Velocity (m/s).
+    pub velocity: DVec3,
+    /// Attitude, body to world.
+    pub attitude: DQuat,
+    /// Bias of the gyro (rad/s).
+    pub gyro_bias: DVec3,
+    /// Bias of the accelerometer (m/s^2).
+    pub accelerometer_bias: DVec3,
+    /// Covariance.
+    pub covariance: Matrix,
+    force_world: DVec3,
+    /// Displacement, gained velocity and rotation of every step, the newest last.
+    past: Vec<(DVec3, DVec3, DQuat)>,
+}
+
+fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    let mut sum = [[0.0; STATES]; STATES];
+    for i in 0..STATES {
+        for k in 0..STATES {
+            for j in 0..STATES {
+                sum[i][j] += a[i][k] * b[k][j];
+            }
+        }
+    }
+    sum
+}
+
+fn transposed(a: &Matrix) -> Matrix {
+    std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
+}
+
+fn identity() -> Matrix {
+    std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))))
+}
+
+fn put(matrix: &mut Matrix, row: usize, column: usize, block: DMat3) {
+    for i in 0..3 {
+        for j in 0..3 {
+            matrix[row + i][column + j] = block.col(j)[i];
+        }
+    }
+}
+
+/// `[x]×`.
+fn cross_matrix(x: DVec3) -> DMat3 {
+    DMat3::from_cols(x.cross(DVec3::X), x.cross(DVec3::Y), x.cross(DVec3::Z))
+}
+
+impl Transcription {
+    /// The filter at its start.
+    #[must_use]
+    pub fn new(config: &EstimatorConfig, vehicle: &VehicleState) -> Self {
+        let s = &config.initial;
+        let deviations = [
+            [s.position; 3],
+            [s.velocity; 3],
+            [s.tilt, s.tilt, s.heading],
+            [s.gyro_bias; 3],
+            [s.accelerometer_bias; 3],
+        ];
+        let mut covariance = [[0.0; STATES]; STATES];
+        for (k, deviation) in deviations.as_flattened().iter().enumerate() {
+            covariance[k][k] = f64::from(*deviation).powi(2);
+        }
+        Self {
+            config: *config,
+            position: vehicle.position_world.as_dvec3(),
+            velocity: vehicle.velocity_world.as_dvec3(),
+            attitude: vehicle.attitude.as_dquat().normalize(),
+            gyro_bias: DVec3::ZERO,
+            accelerometer_bias: DVec3::ZERO,
+            covariance,
+            force_world: DVec3::ZERO,
+            past: Vec::new(),
+        }
+    }
+
+    /// One step.
+    pub fn predict(&mut self, sample: &InertialSample) {
+        let dt = f64::from(self.config.step_period);
+        let rate = sample.rate_body.as_dvec3() - self.gyro_bias;
+        let force = sample.specific_force_body.as_dvec3() - self.accelerometer_bias;
+        let middle = self.attitude * DQuat::from_scaled_axis(0.5 * dt * rate);
+        self.force_world = middle * force;
+        let gained = dt * (self.force_world - DVec3::Z * f64::from(GRAVITY));
+        let displacement = dt * (self.velocity + 0.5 * gained);
+        let turn = DQuat::from_scaled_axis(dt * rate);
+        self.position += displacement;
+        self.velocity += gained;
+        self.attitude = (self.attitude * turn).normalize();
+        self.past.push((displacement, gained, turn));
+        let mut f = identity();
+        let (force_cross, to_world) = (cross_matrix(self.force_world), DMat3::from_quat(middle));
+        put(&mut f, 0, 3, DMat3::IDENTITY * dt);
+        put(&mut f, 0, 6, -force_cross * (0.5 * dt * dt));
+        put(&mut f, 0, 12, -to_world * (0.5 * dt * dt));
+        put(&mut f, 3, 6, -force_cross * dt);
+        put(&mut f, 3, 12, -to_world * dt);
+        put(&mut f, 6, 9, -to_world * dt);
+        self.covariance = product(&product(&f, &self.covariance), &transposed(&f));
+        let noise = &self.config.inertial;
+        let densities =
+            [0.0, noise.accelerometer, noise.gyro, noise.gyro_bias, noise.accelerometer_bias];
+        for k in 0..STATES {
+            self.covariance[k][k] += dt * f64::from(densities[k / 3]).powi(2);
+        }
+    }
+
+    /// Displacement, gained velocity and the rotation back over the last `delay` (s).
+    #[must_use]
+    pub fn motion(&self, delay: f32) -> (DVec3, DVec3, DQuat) {
+        let steps = (f64::from(delay) / f64::from(self.config.step_period)).round() as usize;
+        let mut sum = (DVec3::ZERO, DVec3::ZERO, DQuat::IDENTITY);
+        for (displacement, gained, turn) in self.past.iter().rev().take(steps) {
+            sum = (sum.0 + *displacement, sum.1 + *gained, *turn * sum.2);
+        }
+        (sum.0, sum.1, sum.2.inverse())
+    }
+
+    /// One measurement; no gate.
+    pub fn correct(&mut self, measurement: &Measurement) {
+        let source = *self.config.source(measurement.source());
+        let (displacement, gained, back) = self.motion(source.delay);
+        let d = f64::from(source.delay);
+        let force_cross = cross_matrix(self.force_world);
+        let (variance, vertical) =
+            (f64::from(source.deviation).powi(2), f64::from(source.deviation_vertical).powi(2));
+        let noise = [variance, variance, vertical];
+        let axis = |first: usize, k: usize, coupling: DMat3, velocity: f64| {
+            let mut row = [0.0; STATES];
+            row[first + k] = 1.0;
+            if velocity != 0.0 {
+                row[3 + k] = velocity;
+            }
+            for j in 0..3 {
+                row[6 + j] += coupling.col(j)[k];
+            }
+            row
+        };
+        let mut rows = Vec::new();
+        match *measurement {
+            Measurement::Barometer(height) => {
+                let row = axis(0, 2, -force_cross * (0.5 * d * d), -d);
+                let innovation = f64::from(height) - (self.position.z - displacement.z);
+                rows.push((innovation, row, variance));
+            }
+            Measurement::GnssPosition(x) | Measurement::CapturePosition(x) => {
+                let innovation = x.as_dvec3() - (self.position - displacement);
+                for k in 0..3 {
+                    let row = axis(0, k, -force_cross * (0.5 * d * d), -d);
+                    rows.push((innovation[k], row, noise[k]));
+                }
+            }
+            Measurement::GnssVelocity(x) => {
+                let innovation = x.as_dvec3() - (self.velocity - gained);
+                for k in 0..3 {
+                    rows.push((innovation[k], axis(3, k, force_cross * d, 0.0), noise[k]));
+                }
+            }
+            Measurement::CaptureAttitude(q) => {
+                let error = q.as_dquat().normalize() * (self.attitude * back).inverse();
+                let error = if error.w < 0.0 { -error } else { error };
+                for k in 0..3 {
+                    rows.push((2.0 * error.xyz()[k], axis(6, k, DMat3::ZERO, 0.0), noise[k]));
+                }
+            }
+            Measurement::Magnetometer(field) => {
+                let field = (self.attitude * back) * field.as_dvec3();
+                let north = self.config.magnetic_north_world.as_dvec2().normalize();
+                let seen = field.truncate();
+                let mut row = [0.0; STATES];
+                let dip = field.z / seen.length();
+                (row[6], row[7], row[8]) = (-dip * north.x, -dip * north.y, 1.0);
+                let sine = seen.perp_dot(north) / seen.length();
+                rows.push((sine, row, variance));
+            }
+        }
+        self.apply(&rows);
+    }
+
+    fn apply(&mut self, rows: &[(f64, [f64; STATES], f64)]) {
+        let mut correction = [0.0; STATES];
+        for (innovation, row, noise) in rows {
+            let p = &self.covariance;
+            let ph: [f64; STATES] =
+                std::array::from_fn(|i| (0..STATES).map(|j| p[i][j] * row[j]).sum());
+            let variance = noise + (0..STATES).map(|i| row[i] * ph[i]).sum::<f64>();
+            let rest = innovation - (0..STATES).map(|i| row[i] * correction[i]).sum::<f64>();
+            let gain = ph.map(|x| x / variance);
+            let mut shrink = identity();
+            for i in 0..STATES {
+                for j in 0..STATES {
+                    shrink[i][j] -= gain[i] * row[j];
+                }
+            }
+            let mut new = product(&product(&shrink, p), &transposed(&shrink));
+            for i in 0..STATES {
+                for j in 0..STATES {
+                    new[i][j] += gain[i] * noise * gain[j];
+                }
+            }
+            self.covariance = new;
+            for i in 0..STATES {
+                correction[i] += gain[i] * rest;
+            }
+        }
+        let part = |first: usize| {
+            DVec3::new(correction[first], correction[first + 1], correction[first + 2])
+        };
+        self.position += part(0);
+        self.velocity += part(3);
+        self.attitude = (DQuat::from_scaled_axis(part(6)) * self.attitude).normalize();
+        self.gyro_bias += part(9);
+        self.accelerometer_bias += part(12);
+    }
+}
