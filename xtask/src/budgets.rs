@@ -8,9 +8,10 @@ use toml_edit::DocumentMut;
 
 use crate::cycles::CLOCK;
 use crate::elf::Image;
+use crate::estimator::{Cost, IMAGE};
 use crate::measurement::{Measurement, prepare};
 use crate::step_image::CONTROLLERS;
-use crate::{firmware, image_stack};
+use crate::{firmware, image_stack, step_image};
 
 const FILE: &str = "budgets.toml";
 /// RAM of the board that `memory.x` gives the linker (B).
@@ -69,8 +70,33 @@ fn measure() -> Result<Vec<Row>> {
         print_cases(controller, &measurement);
         rows.extend(controller_rows(controller, &measurement));
     }
+    rows.extend(estimator_rows()?);
     rows.extend(firmware_rows()?);
     Ok(rows)
+}
+
+/// Costs of the estimator; [`prepare`] has built its image.
+fn estimator_rows() -> Result<[Row; 7]> {
+    let cost = Cost::take()?;
+    cost.print();
+    let (scalar, of_three) = cost.scalar();
+    Ok([
+        ("predict_instructions_mean", "", cost.predict.1),
+        ("predict_instructions_max", "", cost.predict.2 as f64),
+        ("scalar_instructions_max", "", scalar as f64),
+        ("vector_instructions_each", "", of_three),
+        ("flash", "B", cost.flash as f64),
+        ("ram", "B", cost.ram as f64),
+        ("stack", "B", cost.stack as f64),
+    ]
+    .map(|(quantity, unit, value)| Row { subject: IMAGE, quantity, unit, value }))
+}
+
+/// Builds the estimator's image and prints its costs.
+pub fn print_estimator() -> Result<()> {
+    step_image::build()?;
+    Cost::take()?.print();
+    Ok(())
 }
 
 /// Builds the firmware's images and prints their sizes and the worst-case stack of each task.

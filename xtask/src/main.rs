@@ -7,6 +7,7 @@ mod cycles;
 mod disassembly;
 mod doc_comments;
 mod elf;
+mod estimator;
 mod firmware;
 mod frames;
 mod fuzz;
@@ -36,6 +37,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   budgets [--accept]
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
                 limits to what was measured
+  estimator     instructions, memory and stack of the estimator alone
   firmware      flash, static RAM and worst-case stack of the firmware's image alone
   profile CONTROLLER [FLIGHT [ROWS]]
                 instructions of a step by function; CONTROLLER is robust-adaptive or saturated,
@@ -66,6 +68,7 @@ fn run() -> Result<()> {
         ["wcet"] => wcet::check(),
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),
+        ["estimator"] => budgets::print_estimator(),
         ["firmware"] => budgets::print_firmware(),
         ["profile", controller] => profile::run(controller, "paper", 40),
         ["profile", controller, flight] => profile::run(controller, flight, 40),

@@ -54,22 +54,38 @@ pub struct StepImage {
 impl StepImage {
     /// Opens the built image of one controller.
     pub fn open(controller: &str) -> Result<Self> {
-        let path = path(controller);
+        Self::open_at(controller, STEP)
+    }
+
+    /// Opens a built image, to look at its function `root`.
+    pub fn open_at(name: &str, root: &str) -> Result<Self> {
+        let path = path(name);
         let image = Image::read(&path)?;
         let listing = disassembly::disassemble(&path)?;
-        let graph = CallGraph::walk(&image, &listing, STEP)?;
+        let graph = CallGraph::walk(&image, &listing, root)?;
         Ok(Self { path, image, listing, graph })
     }
 
     /// Flies the image through `folder/step-input.bin`.
     pub fn fly(&self, folder: &Path) -> Result<Flight> {
+        self.emulate(folder, STEP)?;
+        Flight::read(folder)
+    }
+
+    /// Runs the image in `folder`, and counts the instructions of each call of `root`.
+    pub fn count(&self, folder: &Path, root: &str) -> Result<Vec<u64>> {
+        self.emulate(folder, root)?;
+        Ok(read_counts(&folder.join("counts.txt"))?.0)
+    }
+
+    fn emulate(&self, folder: &Path, root: &str) -> Result<()> {
         let path = |relative: &Path| {
             std::path::absolute(relative).with_context(|| relative.display().to_string())
         };
         let plugin = path(Path::new("target/release/libinsn_count.so"))?;
         let image = path(&self.path)?;
         let mut arguments = format!("{},out=counts.txt", plugin.display());
-        arguments += &format!(",entry={:#x}", self.image.named(STEP)?.range.start);
+        arguments += &format!(",entry={:#x}", self.image.named(root)?.range.start);
         for node in self.graph.nodes() {
             let range = &node.function.range;
             arguments += &format!(",range={:#x}-{:#x}", range.start, range.end);
@@ -84,8 +100,7 @@ impl StepImage {
             .current_dir(folder);
         run_within(&mut emulator, Duration::from_secs(120)).context(
             "the emulator flies only configurations that the controller's constructor accepts",
-        )?;
-        Flight::read(folder)
+        )
     }
 }
 

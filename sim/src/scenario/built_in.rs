@@ -27,6 +27,8 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "paper-saturated",
     "hover-gusts",
     "lemniscate",
+    "sensors-indoors",
+    "sensors-outdoors",
     "steady-wind",
     "tilt-recovery",
     "waypoints",

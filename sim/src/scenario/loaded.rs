@@ -98,12 +98,25 @@ impl LoadedScenario {
         let written = terms
             .flat_map(|term| [keys(&controller.join("."), term), keys("trajectory", term)])
             .find(|path| self.text.contains(path));
-        let path = written.unwrap_or_else(|| match error.parameter.split('.').next() {
+        let sensors = error.parameter.split('.').next().and_then(sensor_of);
+        let path = written.or(sensors).unwrap_or_else(|| match error.parameter.split('.').next() {
             Some("trajectory") => vec!["trajectory".to_owned()],
             _ => controller,
         });
         self.text.error(&path, error.to_string())
     }
+}
+
+/// The sensor's key for a field of the estimator's configuration, which has no key of its own.
+fn sensor_of(field: &str) -> Option<Vec<String>> {
+    let sensor = match field {
+        "inertial" => "imu",
+        "barometer" | "magnetometer" => field,
+        "gnss_position" | "gnss_velocity" => "gnss",
+        "capture_position" | "capture_attitude" => "capture",
+        _ => return None,
+    };
+    Some(vec!["sensors".to_owned(), sensor.to_owned()])
 }
 
 /// The keys of the dotted `path` below `parent`.

@@ -4,6 +4,7 @@ use super::Scenario;
 use crate::guarantee::bounds::ThrustBounds;
 use crate::number::number;
 use crate::plant::actuation::ActuationConfig;
+use crate::sensor::SensorsConfig;
 
 /// A range that one value must keep.
 struct Check {
@@ -64,6 +65,7 @@ fn checks(scenario: &Scenario) -> Vec<Check> {
         positive("guarantees.lyapunov_window", guarantees.lyapunov_window),
     ];
     checks.extend(actuation_checks(&scenario.actuation));
+    checks.extend(scenario.sensors.iter().flat_map(sensor_checks));
     if let Some(noise) = disturbance.noise {
         checks.push(not_negative("disturbance.noise.acceleration", noise.acceleration));
         checks.push(not_negative("disturbance.noise.torque", noise.torque));
@@ -91,6 +93,76 @@ fn actuation_checks(actuation: &ActuationConfig) -> impl Iterator<Item = Check> 
     ]
     .into_iter()
     .filter_map(|(path, value, holds, bound)| Some(Check { path, value: value?, holds, bound }))
+}
+
+fn sensor_checks(sensors: &SensorsConfig) -> Vec<Check> {
+    let mut checks = Vec::new();
+    let mut require = |path, value, holds: fn(f64) -> bool, bound| {
+        checks.push(Check { path, value, holds, bound });
+    };
+    let positive: fn(f64) -> bool = |x| x > 0.0;
+    let not_negative: fn(f64) -> bool = |x| x >= 0.0;
+    let share: fn(f64) -> bool = |x| (0.0..=1.0).contains(&x);
+    let delay: fn(f64) -> bool = |x| (0.0..=0.5).contains(&x);
+    const SHARE: &str = "in [0, 1]";
+    const DELAY: &str = "in [0, 0.5] s";
+    let it = sensors.imu();
+    for (path, value) in [
+        ("sensors.imu.custom.rate", it.rate),
+        ("sensors.imu.custom.gyro_noise_density", it.gyro_noise_density),
+        ("sensors.imu.custom.gyro_range", it.gyro_range),
+        ("sensors.imu.custom.gyro_sensitivity", it.gyro_sensitivity),
+        ("sensors.imu.custom.accelerometer_noise_density", it.accelerometer_noise_density),
+        ("sensors.imu.custom.accelerometer_range", it.accelerometer_range),
+        ("sensors.imu.custom.accelerometer_sensitivity", it.accelerometer_sensitivity),
+    ] {
+        require(path, value, positive, "positive");
+    }
+    for (path, value) in [
+        ("sensors.imu.custom.gyro_bias_walk", it.gyro_bias_walk),
+        ("sensors.imu.custom.gyro_offset", it.gyro_offset),
+        ("sensors.imu.custom.accelerometer_bias_walk", it.accelerometer_bias_walk),
+        ("sensors.imu.custom.accelerometer_offset", it.accelerometer_offset),
+        ("sensors.imu.custom.scale_error", it.scale_error),
+        ("sensors.imu.custom.misalignment", it.misalignment),
+    ] {
+        require(path, value, not_negative, "zero or positive");
+    }
+    if let Some(it) = sensors.barometer() {
+        require("sensors.barometer.custom.rate", it.rate, positive, "positive");
+        require("sensors.barometer.custom.delay", it.delay, delay, DELAY);
+        require("sensors.barometer.custom.noise", it.noise, positive, "positive");
+        let resolution = it.resolution;
+        require(
+            "sensors.barometer.custom.resolution",
+            resolution,
+            not_negative,
+            "zero or positive",
+        );
+        require("sensors.barometer.custom.dropout", it.dropout, share, SHARE);
+    }
+    if let Some(it) = sensors.magnetometer() {
+        require("sensors.magnetometer.custom.rate", it.rate, positive, "positive");
+        require("sensors.magnetometer.custom.delay", it.delay, delay, DELAY);
+        require("sensors.magnetometer.custom.noise", it.noise, positive, "positive");
+        let horizontal = it.field_world.truncate().length();
+        require("sensors.magnetometer.custom.field_world", horizontal, positive, "of a direction");
+        require("sensors.magnetometer.custom.range", it.range, positive, "positive");
+    }
+    if let Some(it) = sensors.gnss() {
+        require("sensors.gnss.custom.rate", it.rate, positive, "positive");
+        require("sensors.gnss.custom.delay", it.delay, delay, DELAY);
+        require("sensors.gnss.custom.position_cep", it.position_cep, positive, "positive");
+        require("sensors.gnss.custom.dropout", it.dropout, share, SHARE);
+    }
+    if let Some(it) = sensors.capture() {
+        require("sensors.capture.custom.rate", it.rate, positive, "positive");
+        require("sensors.capture.custom.delay", it.delay, delay, DELAY);
+        let deviation = it.position_deviation;
+        require("sensors.capture.custom.position_deviation", deviation, positive, "positive");
+        require("sensors.capture.custom.dropout", it.dropout, share, SHARE);
+    }
+    checks
 }
 
 fn first_infinite_vector(scenario: &Scenario) -> Option<&'static str> {

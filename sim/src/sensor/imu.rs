@@ -132,12 +132,20 @@ struct Axes {
     bias: Bias,
     noise: WhiteNoise,
     converter: Converter,
+    /// Undistorted input of the last sample.
+    last: DVec3,
 }
 
 impl Axes {
     fn sample(&mut self, x: DVec3) -> DVec3 {
+        self.last = x;
         let seen = self.distortion.apply(x) + self.bias.advance() + self.noise.advance();
         self.converter.convert_each(seen)
+    }
+
+    /// Bias, and what the distortion adds to the last input.
+    fn systematic(&self) -> DVec3 {
+        self.bias.now() + self.distortion.apply(self.last) - self.last
     }
 }
 
@@ -170,6 +178,7 @@ impl Imu {
                 bias: Bias::new(gyro_offset, gyro_walk, period, normal(1)),
                 noise: WhiteNoise::of_density(p.gyro_noise_density * DEGREE, period, normal(2)),
                 converter: Converter::new(p.gyro_range * DEGREE, p.gyro_step()),
+                last: DVec3::ZERO,
             },
             accelerometer: Axes {
                 distortion: distortion(3),
@@ -180,6 +189,7 @@ impl Imu {
                     normal(5),
                 ),
                 converter: Converter::new(p.accelerometer_range * G, p.accelerometer_step()),
+                last: DVec3::Z * f64::from(GRAVITY),
             },
             tick,
             ticks_per_sample,
@@ -189,10 +199,11 @@ impl Imu {
         }
     }
 
-    /// Biases now: gyro (rad/s), accelerometer (m/s^2).
+    /// Systematic errors of the last sample, bias and distortion: gyro (rad/s), accelerometer (m/s^2). An
+    /// estimator without states for scale and alignment estimates these as its biases.
     #[must_use]
     pub fn biases(&self) -> (DVec3, DVec3) {
-        (self.gyro.bias.now(), self.accelerometer.bias.now())
+        (self.gyro.systematic(), self.accelerometer.systematic())
     }
 
     /// The motion of one tick; a sample when one is complete.

@@ -8,6 +8,7 @@ pub mod barometer;
 pub mod bias;
 pub mod capture;
 mod config;
+pub mod consistency;
 pub mod converter;
 pub mod distortion;
 pub mod gnss;

@@ -5,6 +5,8 @@
 //! Every record names its words once, in [`Record::visit`], for reading and writing alike.
 #![no_std]
 
+pub mod estimator;
+
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VehicleState};
