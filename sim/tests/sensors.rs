@@ -98,13 +98,19 @@ fn flights() -> u64 {
     variable.ok().and_then(|text| text.parse().ok()).unwrap_or(12)
 }
 
+fn first() -> u64 {
+    std::env::var("FIRST").ok().and_then(|text| text.parse().ok()).unwrap_or(0)
+}
+
 #[test]
 fn estimates_are_as_good_as_they_claim_with_every_preset() {
     let results: Vec<_> = std::thread::scope(|scope| {
         let flown: Vec<_> = presets()
             .into_iter()
             .map(|(name, text)| {
-                scope.spawn(move || (name, Consistency::of(&text, 0..flights(), 15.0)))
+                scope.spawn(move || {
+                    (name, Consistency::of(&text, first()..first() + flights(), 15.0))
+                })
             })
             .collect();
         flown.into_iter().map(|thread| thread.join().expect("flown")).collect()

@@ -140,46 +140,42 @@ impl Transcription {
         let source = *self.config.source(measurement.source());
         let (displacement, gained, back) = self.motion(source.delay);
         let d = f64::from(source.delay);
-        let force_cross = cross_matrix(self.force_world);
         let (variance, vertical) =
             (f64::from(source.deviation).powi(2), f64::from(source.deviation_vertical).powi(2));
         let noise = [variance, variance, vertical];
-        let axis = |first: usize, k: usize, coupling: DMat3, velocity: f64| {
+        let axis = |first: usize, k: usize, velocity: f64| {
             let mut row = [0.0; STATES];
             row[first + k] = 1.0;
             if velocity != 0.0 {
                 row[3 + k] = velocity;
-            }
-            for j in 0..3 {
-                row[6 + j] += coupling.col(j)[k];
             }
             row
         };
         let mut rows = Vec::new();
         match *measurement {
             Measurement::Barometer(height) => {
-                let row = axis(0, 2, -force_cross * (0.5 * d * d), -d);
+                let row = axis(0, 2, -d);
                 let innovation = f64::from(height) - (self.position.z - displacement.z);
                 rows.push((innovation, row, variance));
             }
             Measurement::GnssPosition(x) | Measurement::CapturePosition(x) => {
                 let innovation = x.as_dvec3() - (self.position - displacement);
                 for k in 0..3 {
-                    let row = axis(0, k, -force_cross * (0.5 * d * d), -d);
+                    let row = axis(0, k, -d);
                     rows.push((innovation[k], row, noise[k]));
                 }
             }
             Measurement::GnssVelocity(x) => {
                 let innovation = x.as_dvec3() - (self.velocity - gained);
                 for k in 0..3 {
-                    rows.push((innovation[k], axis(3, k, force_cross * d, 0.0), noise[k]));
+                    rows.push((innovation[k], axis(3, k, 0.0), noise[k]));
                 }
             }
             Measurement::CaptureAttitude(q) => {
                 let error = q.as_dquat().normalize() * (self.attitude * back).inverse();
                 let error = if error.w < 0.0 { -error } else { error };
                 for k in 0..3 {
-                    rows.push((2.0 * error.xyz()[k], axis(6, k, DMat3::ZERO, 0.0), noise[k]));
+                    rows.push((2.0 * error.xyz()[k], axis(6, k, 0.0), noise[k]));
                 }
             }
             Measurement::Magnetometer(field) => {

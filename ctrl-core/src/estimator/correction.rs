@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-use super::covariance::{ATTITUDE, MEASURED, POSITION, Projection, Row, STATES, VELOCITY};
+use super::covariance::{Projection, Row, STATES};
 use super::history::Motion;
 use super::measurement::{Measurement, Source, Verdict};
 use super::state::EstimatorState;
@@ -72,43 +72,44 @@ impl Estimator {
         match *measurement {
             Measurement::Barometer(height) => {
                 let past = state.position_world.z - motion.displacement.z;
-                let row = past_position(2, config.delay, state);
-                self.apply(state, [height - past], |_| row, [r])
+                let row = Row::Position { axis: 2, rate: -config.delay };
+                self.apply(state, [height - past], [row], [r])
             }
             Measurement::GnssPosition(position) | Measurement::CapturePosition(position) => {
                 let innovation = position - (state.position_world - motion.displacement);
-                let rows = [0, 1, 2].map(|k| past_position(k, config.delay, state));
-                self.apply(state, innovation.to_array(), |k| rows[k], noise)
+                // p(t - d) = p - d v; what the errors of tilt and bias add over the delay is left out, both
+                // together: each alone is large, but their sum is what the filter knows well.
+                let rows = [0, 1, 2].map(|axis| Row::Position { axis, rate: -config.delay });
+                self.apply(state, innovation.to_array(), rows, noise)
             }
             Measurement::GnssVelocity(velocity) => {
                 let innovation = velocity - (state.velocity_world - motion.gained_velocity);
-                let rows = [0, 1, 2].map(|k| past_velocity(k, config.delay, state));
-                self.apply(state, innovation.to_array(), |k| rows[k], noise)
+                let rows = [0, 1, 2].map(Row::Velocity);
+                self.apply(state, innovation.to_array(), rows, noise)
             }
             Measurement::CaptureAttitude(attitude) => {
                 let Some(innovation) = turned_from(state, attitude, &motion) else {
                     return Verdict::Unusable;
                 };
-                self.apply(state, innovation.to_array(), |k| unit_row(ATTITUDE + k), noise)
+                self.apply(state, innovation.to_array(), Vec3::AXES.map(Row::Attitude), noise)
             }
             Measurement::Magnetometer(field) => match self.heading(state, field, &motion) {
-                Some((innovation, row)) => self.apply(state, [innovation], |_| row, [r]),
+                Some((innovation, row)) => self.apply(state, [innovation], [row], [r]),
                 None => Verdict::Unusable,
             },
         }
     }
 
     /// All numbers of a measurement, or none of them if one lies outside the gate.
-    #[inline(always)]
+    #[inline(never)]
     fn apply<const N: usize>(
         &self,
         state: &mut EstimatorState,
         innovations: [f32; N],
-        row: impl Fn(usize) -> Row,
+        rows: [Row; N],
         noises: [f32; N],
     ) -> Verdict {
         let gate = self.config.faults.gate;
-        let rows: [Row; N] = core::array::from_fn(&row);
         let inside = |projection: &Projection, innovation: f32| {
             innovation * innovation <= gate * projection.variance
         };
@@ -120,9 +121,7 @@ impl Estimator {
         let mut gathered = Gathered { correction: [0.0; STATES], normalised: 0.0, components: 0 };
         for ((innovation, row), noise) in innovations.iter().zip(&rows).zip(&noises) {
             let projection = state.covariance.project(row, *noise);
-            let known: f32 =
-                row.iter().zip(&gathered.correction).map(|(h, correction)| h * correction).sum();
-            let rest = innovation - known;
+            let rest = innovation - row.of(&gathered.correction);
             if gathered.components == 0 && !inside(&projection, rest) {
                 return Verdict::Rejected;
             }
@@ -159,11 +158,8 @@ impl Estimator {
         // Beyond a right angle the sine would fall again.
         let innovation = if cosine >= 0.0 { sine } else { 1.0f32.copysign(sine) };
         let dip = field.z / horizontal;
-        let mut row = [0.0; MEASURED];
-        row[ATTITUDE] = -dip * north.x;
-        row[ATTITUDE + 1] = -dip * north.y;
-        row[ATTITUDE + 2] = 1.0;
-        Some((innovation, row))
+        let row = Vec3::new(-dip * north.x, -dip * north.y, 1.0);
+        Some((innovation, Row::Attitude(row)))
     }
 
     /// A position source that keeps disagreeing is believed when no other position has been accepted
@@ -202,40 +198,6 @@ impl Estimator {
         state.sources[source as usize].accept(state.step);
         Verdict::Restarted
     }
-}
-
-/// A measurement of the state `k` itself.
-fn unit_row(k: usize) -> Row {
-    core::array::from_fn(|i| if i == k { 1.0 } else { 0.0 })
-}
-
-/// Row of component `k` of the position `delay` ago, by the errors of now:
-/// `p(t - d) = p - d v + d^2/2 theta × a`.
-fn past_position(k: usize, delay: f32, state: &EstimatorState) -> Row {
-    let mut row = unit_row(POSITION + k);
-    row[VELOCITY + k] = -delay;
-    tilted(&mut row, k, 0.5 * delay * delay, state);
-    row
-}
-
-/// Row of component `k` of the velocity `delay` ago: `v(t - d) = v - d theta × a`.
-fn past_velocity(k: usize, delay: f32, state: &EstimatorState) -> Row {
-    let mut row = unit_row(VELOCITY + k);
-    tilted(&mut row, k, -delay, state);
-    row
-}
-
-/// Adds `factor` of component `k` of `theta × a`.
-fn tilted(row: &mut Row, k: usize, factor: f32, state: &EstimatorState) {
-    let a = factor * state.acceleration_world;
-    let [x, y, z] = match k {
-        0 => [0.0, a.z, -a.y],
-        1 => [-a.z, 0.0, a.x],
-        _ => [a.y, -a.x, 0.0],
-    };
-    row[ATTITUDE] = x;
-    row[ATTITUDE + 1] = y;
-    row[ATTITUDE + 2] = z;
 }
 
 /// Rotation vector in world axes from the estimated to the measured attitude; none if the measurement is

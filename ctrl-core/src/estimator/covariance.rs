@@ -24,16 +24,46 @@ pub const ATTITUDE: usize = 6;
 pub const GYRO_BIAS: usize = 9;
 /// First index of the accelerometer bias.
 pub const ACCELEROMETER_BIAS: usize = 12;
-/// States that measurements depend on: position, velocity, attitude.
-pub const MEASURED: usize = 9;
 
 /// Smallest `D`, far below any variance in use and far above the smallest normal number.
 const FLOOR: f32 = 1e-24;
 /// Variance beyond which the covariance has lost its meaning.
 const CEILING: f32 = 1e12;
 
-/// Derivative of one measured number by the first [`MEASURED`] error states.
-pub type Row = [f32; MEASURED];
+/// Derivative of one measured number by the error states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Row {
+    /// Component `axis` (0 to 2) of the position, and `rate` of the same component of the velocity.
+    Position {
+        /// Component.
+        axis: usize,
+        /// Derivative by the velocity (s).
+        rate: f32,
+    },
+    /// Component (0 to 2) of the velocity.
+    Velocity(usize),
+    /// Combination of the attitude errors.
+    Attitude(Vec3),
+}
+
+impl Row {
+    /// Product with a vector of states.
+    #[inline(always)]
+    #[must_use]
+    pub fn of(&self, x: &[f32; STATES]) -> f32 {
+        let [p0, p1, p2, v0, v1, v2, t0, t1, t2, ..] = *x;
+        let pick = |axis: usize, a: f32, b: f32, c: f32| match axis {
+            0 => a,
+            1 => b,
+            _ => c,
+        };
+        match *self {
+            Self::Position { axis, rate } => pick(axis, p0, p1, p2) + rate * pick(axis, v0, v1, v2),
+            Self::Velocity(axis) => pick(axis, v0, v1, v2),
+            Self::Attitude(h) => h.x * t0 + h.y * t1 + h.z * t2,
+        }
+    }
+}
 
 /// Jacobian of one prediction, less the identity.
 #[derive(Clone, Copy, Debug)]
@@ -108,7 +138,7 @@ impl Covariance {
     }
 
     /// `P + q e_j e_j^T` for a `q` that is not negative; nothing for an index that no state has.
-    #[inline(always)]
+    #[inline(never)]
     pub fn add_noise(&mut self, j: usize, q: f32) {
         let mut a = [0.0; STATES];
         let mut c = q;
@@ -130,38 +160,22 @@ impl Covariance {
         }
     }
 
-    /// Variance of the innovation of a measurement `row` with variance `noise`.
-    #[inline(always)]
+    /// Innovation of a measurement `row` with variance `noise`.
+    #[inline(never)]
     #[must_use]
     pub fn project(&self, row: &Row, noise: f32) -> Projection {
         let noise = floored(noise);
         let mut projection = Projection { f: [0.0; STATES], variance: noise, noise };
         for ((f, column), d) in projection.f.iter_mut().zip(&self.u).zip(&self.d) {
-            let mut sum = 0.0;
-            for (u, h) in column[..MEASURED].iter().zip(row) {
-                sum += u * h;
-            }
-            *f = sum;
-            projection.variance += sum * sum * d;
-        }
-        projection
-    }
-
-    /// [`project`](Self::project) of a measurement of the state `k` itself.
-    #[inline(always)]
-    #[must_use]
-    pub fn project_state(&self, k: usize, noise: f32) -> Projection {
-        let noise = floored(noise);
-        let mut projection = Projection { f: [0.0; STATES], variance: noise, noise };
-        for ((f, column), d) in projection.f.iter_mut().zip(&self.u).zip(&self.d) {
-            *f = column.get(k).copied().unwrap_or(0.0);
-            projection.variance += *f * *f * d;
+            let x = row.of(column);
+            *f = x;
+            projection.variance += x * x * d;
         }
         projection
     }
 
     /// Takes the measurement in; returns the gain `K`.
-    #[inline(always)]
+    #[inline(never)]
     pub fn correct(&mut self, projection: &Projection) -> [f32; STATES] {
         let mut gain = [0.0; STATES];
         let (mut alpha, mut inverse) = (projection.noise, 1.0 / projection.noise);

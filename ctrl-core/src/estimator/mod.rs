@@ -67,7 +67,8 @@ const INERTIAL_TIMEOUT: f32 = 0.02;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimator {
     config: EstimatorConfig,
-    /// Variances that one prediction adds: velocity, attitude, a bias state of either kind.
+    /// Variances that one prediction adds when it is their turn: velocity, attitude, a bias state of either
+    /// kind.
     noise: [f32; 4],
     /// Unit vector along the magnetic field's horizontal part.
     north: Vec2,
@@ -82,9 +83,9 @@ impl Estimator {
     pub fn new(config: &EstimatorConfig) -> Result<Self, ConfigError> {
         config.check()?;
         let (dt, noise) = (config.step_period, &config.inertial);
-        let square = |density: f32| density * density * dt;
-        // The walks of six bias states are added in turn.
-        let walk = |density: f32| prediction::TURNS as f32 * square(density);
+        // Velocity and attitude have their noise in turn, and so do the six bias states.
+        let square = |density: f32| 2.0 * density * density * dt;
+        let walk = |density: f32| f32::from(prediction::TURNS) * density * density * dt;
         let north = config.magnetic_north_world;
         Ok(Self {
             config: *config,
@@ -121,7 +122,6 @@ impl Estimator {
             gyro_bias: Vec3::ZERO,
             accelerometer_bias: Vec3::ZERO,
             rate_body,
-            acceleration_world: Vec3::ZERO,
             held: InertialSample {
                 rate_body,
                 specific_force_body: crate::vehicle::GRAVITY * Vec3::Z,

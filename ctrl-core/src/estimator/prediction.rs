@@ -38,8 +38,7 @@ impl Estimator {
         let half = Quat::from_xyzw(0.5 * turn.x, 0.5 * turn.y, 0.5 * turn.z, 0.5 + 0.5 * turn.w);
         let middle = renormalised(state.attitude * half).unwrap_or(state.attitude);
         let to_world = Mat3::from_quat(middle);
-        state.acceleration_world = to_world * force;
-        let gain_world = dt * state.acceleration_world;
+        let gain_world = dt * (to_world * force);
         let gained = gain_world - Vec3::new(0.0, 0.0, dt * GRAVITY);
         let displacement = dt * (state.velocity_world + 0.5 * gained);
         state.position_world += displacement;
@@ -70,16 +69,17 @@ impl Estimator {
         in_range && !stuck
     }
 
-    /// Noise of velocity and attitude, and in turn that of one bias state. The sensors' noise is the same
-    /// along all axes, so it is in the world's too.
+    /// In turn, the noise of velocity or attitude, each of two steps, and that of one bias state, of
+    /// [`TURNS`] steps. The sensors' noise is the same along all axes, so it is in the world's too.
     #[inline(always)]
     fn add_noise(&self, state: &mut EstimatorState, factor: f32) {
         let [velocity, attitude, gyro_bias, accelerometer_bias] = self.noise;
-        for k in 0..3 {
-            state.covariance.add_noise(VELOCITY + k, factor * velocity);
-            state.covariance.add_noise(ATTITUDE + k, factor * attitude);
-        }
         let turn = usize::from(state.turn);
+        let (first, noise) =
+            if turn % 2 == 0 { (ATTITUDE, attitude) } else { (VELOCITY, velocity) };
+        for k in 0..3 {
+            state.covariance.add_noise(first + k, factor * noise);
+        }
         if turn < 3 {
             state.covariance.add_noise(GYRO_BIAS + turn, gyro_bias);
         } else {

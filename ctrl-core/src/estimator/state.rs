@@ -45,7 +45,6 @@ pub struct EstimatorState {
     pub(super) accelerometer_bias: Vec3,
     /// Of the last inertial sample, less the bias.
     pub(super) rate_body: Vec3,
-    pub(super) acceleration_world: Vec3,
     pub(super) held: super::InertialSample,
     pub(super) covariance: Covariance,
     pub(super) history: History,

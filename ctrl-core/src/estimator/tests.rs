@@ -6,7 +6,7 @@ use glam::{Mat3, Quat, Vec2, Vec3};
 use proptest::prelude::*;
 
 use super::alignment::{Alignment, NotAligned};
-use super::covariance::{Covariance, Jacobian, MEASURED, STATES};
+use super::covariance::{Covariance, Jacobian, Row, STATES};
 use super::*;
 use crate::rotation::rotate_back;
 use crate::vehicle::GRAVITY;
@@ -147,12 +147,21 @@ fn noise_of_each_state_is_added_to_its_variance_alone() {
 
 #[test]
 fn a_correction_is_that_of_joseph() {
-    for axis in 0..MEASURED {
+    let rows = [
+        Row::Position { axis: 0, rate: 0.0 },
+        Row::Position { axis: 1, rate: -0.4 },
+        Row::Position { axis: 2, rate: 0.2 },
+        Row::Velocity(0),
+        Row::Velocity(1),
+        Row::Velocity(2),
+        Row::Attitude(Vec3::new(-1.1, 0.4, 1.0)),
+        Row::Attitude(Vec3::Y),
+    ];
+    for row in rows {
         let mut covariance = sample_covariance();
         let p = dense(&covariance);
-        let row: [f32; MEASURED] =
-            core::array::from_fn(|k| if k == axis { 1.0 } else { 0.1 * k as f32 });
-        let h: [f64; STATES] = core::array::from_fn(|k| row.get(k).map_or(0.0, |x| f64::from(*x)));
+        let unit = |k: usize| core::array::from_fn(|i| f32::from(u8::from(i == k)));
+        let h: [f64; STATES] = core::array::from_fn(|k| f64::from(row.of(&unit(k))));
         let ph: [f64; STATES] = core::array::from_fn(|i| (0..STATES).map(|j| p[i][j] * h[j]).sum());
         let s = 0.3 + (0..STATES).map(|i| h[i] * ph[i]).sum::<f64>();
         let projection = covariance.project(&row, 0.3);

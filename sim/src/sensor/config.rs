@@ -183,7 +183,8 @@ impl SensorsConfig {
 
     /// Deviations at the start: those of one measurement of each kind, and of the unit's offsets.
     fn initial(&self, config: &EstimatorConfig) -> InitialDeviation {
-        let (gyro, accelerometer) = self.imu().offsets();
+        let (gyro, _) = self.imu().offsets();
+        let accelerometer = self.imu().hover_deviation();
         let (position, velocity) = match (self.capture, self.gnss) {
             (Some(_), _) => (config.capture_position.deviation, 0.02),
             (None, Some(_)) => (config.gnss_position.deviation, 0.05),
@@ -200,7 +201,7 @@ impl SensorsConfig {
     }
 }
 
-/// Gate of the innovations: a good measurement lies outside once in 16,000 times.
-const GATE: f32 = 16.0;
+/// Gate of the innovations: a good number lies outside, beyond five deviations, once in 1.7 million times.
+const GATE: f32 = 25.0;
 /// Sample periods without an accepted sample after which a source is missing.
 const MISSED_SAMPLES: f64 = 10.0;

@@ -118,6 +118,15 @@ impl ImuParameters {
         (self.gyro_offset * DEGREE, self.accelerometer_offset * 1e-3 * G)
     }
 
+    /// Standard deviation of what the accelerometer shows too much at hover, its bias and a part of gravity by
+    /// scale or misalignment (m/s^2).
+    #[must_use]
+    pub fn hover_deviation(&self) -> f64 {
+        let (_, offset) = self.offsets();
+        let distortion = self.scale_error.max(self.misalignment) / 100.0 * f64::from(GRAVITY);
+        (offset * offset + distortion * distortion).sqrt()
+    }
+
     /// Ticks of `tick` (s) per sample.
     #[must_use]
     pub fn ticks_per_sample(&self, tick: f64) -> u32 {
@@ -132,20 +141,19 @@ struct Axes {
     bias: Bias,
     noise: WhiteNoise,
     converter: Converter,
-    /// Undistorted input of the last sample.
-    last: DVec3,
+    /// Input of a vehicle that hovers level.
+    hover: DVec3,
 }
 
 impl Axes {
     fn sample(&mut self, x: DVec3) -> DVec3 {
-        self.last = x;
         let seen = self.distortion.apply(x) + self.bias.advance() + self.noise.advance();
         self.converter.convert_each(seen)
     }
 
-    /// Bias, and what the distortion adds to the last input.
+    /// Bias, and what the distortion adds at hover.
     fn systematic(&self) -> DVec3 {
-        self.bias.now() + self.distortion.apply(self.last) - self.last
+        self.bias.now() + self.distortion.apply(self.hover) - self.hover
     }
 }
 
@@ -178,7 +186,7 @@ impl Imu {
                 bias: Bias::new(gyro_offset, gyro_walk, period, normal(1)),
                 noise: WhiteNoise::of_density(p.gyro_noise_density * DEGREE, period, normal(2)),
                 converter: Converter::new(p.gyro_range * DEGREE, p.gyro_step()),
-                last: DVec3::ZERO,
+                hover: DVec3::ZERO,
             },
             accelerometer: Axes {
                 distortion: distortion(3),
@@ -189,7 +197,7 @@ impl Imu {
                     normal(5),
                 ),
                 converter: Converter::new(p.accelerometer_range * G, p.accelerometer_step()),
-                last: DVec3::Z * f64::from(GRAVITY),
+                hover: DVec3::Z * f64::from(GRAVITY),
             },
             tick,
             ticks_per_sample,
@@ -199,8 +207,8 @@ impl Imu {
         }
     }
 
-    /// Systematic errors of the last sample, bias and distortion: gyro (rad/s), accelerometer (m/s^2). An
-    /// estimator without states for scale and alignment estimates these as its biases.
+    /// Systematic errors at hover, by bias and distortion: gyro (rad/s), accelerometer (m/s^2). An estimator
+    /// without states for scale and alignment finds these as its biases.
     #[must_use]
     pub fn biases(&self) -> (DVec3, DVec3) {
         (self.gyro.systematic(), self.accelerometer.systematic())

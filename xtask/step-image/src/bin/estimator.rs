@@ -24,10 +24,7 @@ fn estimator_correct(
     state: &mut EstimatorState,
     measurement: &Measurement,
 ) -> bool {
-    matches!(
-        estimator.correct(state, measurement),
-        ctrl_core::estimator::Verdict::Accepted { .. }
-    )
+    matches!(estimator.correct(state, measurement), ctrl_core::estimator::Verdict::Accepted { .. })
 }
 
 #[entry]
