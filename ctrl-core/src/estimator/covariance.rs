@@ -51,16 +51,10 @@ impl Row {
     #[inline(always)]
     #[must_use]
     pub fn of(&self, x: &[f32; STATES]) -> f32 {
-        let [p0, p1, p2, v0, v1, v2, t0, t1, t2, ..] = *x;
-        let pick = |axis: usize, a: f32, b: f32, c: f32| match axis {
-            0 => a,
-            1 => b,
-            _ => c,
-        };
         match *self {
-            Self::Position { axis, rate } => pick(axis, p0, p1, p2) + rate * pick(axis, v0, v1, v2),
-            Self::Velocity(axis) => pick(axis, v0, v1, v2),
-            Self::Attitude(h) => h.x * t0 + h.y * t1 + h.z * t2,
+            Self::Position { axis, rate } => x[axis.min(2)] + rate * x[axis.min(2) + VELOCITY],
+            Self::Velocity(axis) => x[axis.min(2) + VELOCITY],
+            Self::Attitude(h) => h.x * x[ATTITUDE] + h.y * x[ATTITUDE + 1] + h.z * x[ATTITUDE + 2],
         }
     }
 }
@@ -147,13 +141,13 @@ impl Covariance {
         }
         let columns = self.u.iter_mut().zip(self.d.iter_mut()).enumerate().rev();
         for (k, (column, d)) in columns.skip(STATES - 1 - j.min(STATES - 1)) {
-            let s = a[k];
+            let Some(&s) = a.get(k) else { break };
             let new = floored(*d + c * s * s);
             let b = c / new;
             c = b * *d;
             *d = new;
             let gain = b * s;
-            for (a, u) in a[..k].iter_mut().zip(&mut column[..k]) {
+            for (a, u) in a.iter_mut().zip(column).take(k) {
                 *a -= s * *u;
                 *u += gain * *a;
             }
@@ -165,11 +159,26 @@ impl Covariance {
     #[must_use]
     pub fn project(&self, row: &Row, noise: f32) -> Projection {
         let noise = floored(noise);
+        match *row {
+            Row::Position { axis, rate } => {
+                let (p, v) = (axis.min(2), axis.min(2) + VELOCITY);
+                self.projection(noise, |column| column[p] + rate * column[v])
+            }
+            Row::Velocity(axis) => {
+                let v = axis.min(2) + VELOCITY;
+                self.projection(noise, |column| column[v])
+            }
+            Row::Attitude(h) => self
+                .projection(noise, |[_, _, _, _, _, _, x, y, z, ..]| h.x * x + h.y * y + h.z * z),
+        }
+    }
+
+    #[inline(always)]
+    fn projection(&self, noise: f32, row: impl Fn(&[f32; STATES]) -> f32) -> Projection {
         let mut projection = Projection { f: [0.0; STATES], variance: noise, noise };
         for ((f, column), d) in projection.f.iter_mut().zip(&self.u).zip(&self.d) {
-            let x = row.of(column);
-            *f = x;
-            projection.variance += x * x * d;
+            *f = row(column);
+            projection.variance += *f * *f * d;
         }
         projection
     }
@@ -218,16 +227,14 @@ impl Covariance {
 
     /// Forgets position and velocity: both uncorrelated, with new variances.
     pub fn restart(&mut self, position: Vec3, velocity: Vec3) {
-        for column in &mut self.u {
-            for u in &mut column[..ATTITUDE] {
-                *u = 0.0;
+        for (j, column) in self.u.iter_mut().enumerate() {
+            for (i, u) in column[..ATTITUDE].iter_mut().enumerate() {
+                *u = if i == j { 1.0 } else { 0.0 };
             }
         }
-        let variances = position.to_array().into_iter().chain(velocity.to_array());
-        for (j, variance) in variances.enumerate() {
-            self.u[j][j] = 1.0;
-            self.d[j] = floored(variance);
-        }
+        let [d0, d1, d2, d3, d4, d5, ..] = &mut self.d;
+        (*d0, *d1, *d2) = (floored(position.x), floored(position.y), floored(position.z));
+        (*d3, *d4, *d5) = (floored(velocity.x), floored(velocity.y), floored(velocity.z));
     }
 
     /// `true` if every `D` is a positive number within what variances can mean.

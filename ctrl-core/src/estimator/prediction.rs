@@ -88,23 +88,36 @@ impl Estimator {
         state.turn = if state.turn + 1 < TURNS { state.turn + 1 } else { 0 };
     }
 
-    /// Starts anew what has grown beyond meaning, which announces itself by its deviations.
+    /// Starts anew what has grown beyond meaning.
     #[inline(always)]
     fn keep_sound(&self, state: &mut EstimatorState) {
         if !state.covariance.is_sound() {
-            state.covariance = Covariance::diagonal(&self.config.initial_variances());
-            state.covariance_restarts = state.covariance_restarts.saturating_add(1);
+            self.restart_covariance(state);
         }
-        let within = |x: Vec3| x.abs().max_element() <= STATE_MAX && x.is_finite();
+        // Comparisons with NaN are false.
+        let within = |x: Vec3| x.to_array().iter().all(|x| x.abs() <= STATE_MAX);
         if !(within(state.position_world) && within(state.velocity_world)) {
-            state.position_world = Vec3::ZERO;
-            state.velocity_world = Vec3::ZERO;
-            let count = state.restart.count.wrapping_add(1);
-            state.restart = Restart { count, position_shift_world: Vec3::ZERO };
-            let variance = Vec3::splat(1e8);
-            state.covariance.restart(variance, variance);
+            restart_motion(state);
         }
     }
+
+    /// The covariance of the start, which announces itself by its deviations.
+    #[inline(never)]
+    fn restart_covariance(&self, state: &mut EstimatorState) {
+        state.covariance = Covariance::diagonal(&self.config.initial_variances());
+        state.covariance_restarts = state.covariance_restarts.saturating_add(1);
+    }
+}
+
+/// Position and velocity zero, and as good as unknown.
+#[inline(never)]
+fn restart_motion(state: &mut EstimatorState) {
+    state.position_world = Vec3::ZERO;
+    state.velocity_world = Vec3::ZERO;
+    let count = state.restart.count.wrapping_add(1);
+    state.restart = Restart { count, position_shift_world: Vec3::ZERO };
+    let variance = Vec3::splat(1e8);
+    state.covariance.restart(variance, variance);
 }
 
 /// Quaternion of the rotation vector `turn`, to fourth order; the first steps of sine and cosine.
