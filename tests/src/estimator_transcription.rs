@@ -26,7 +26,7 @@ pub struct Transcription {
     pub accelerometer_bias: DVec3,
     /// Covariance.
     pub covariance: Matrix,
-    force_world: DVec3,
+    force_body: DVec3,
     /// Displacement, gained velocity and rotation of every step, the newest last.
     past: Vec<(DVec3, DVec3, DQuat)>,
 }
@@ -88,7 +88,7 @@ impl Transcription {
             gyro_bias: DVec3::ZERO,
             accelerometer_bias: DVec3::ZERO,
             covariance,
-            force_world: DVec3::ZERO,
+            force_body: DVec3::ZERO,
             past: Vec::new(),
         }
     }
@@ -99,8 +99,9 @@ impl Transcription {
         let rate = sample.rate_body.as_dvec3() - self.gyro_bias;
         let force = sample.specific_force_body.as_dvec3() - self.accelerometer_bias;
         let middle = self.attitude * DQuat::from_scaled_axis(0.5 * dt * rate);
-        self.force_world = middle * force;
-        let gained = dt * (self.force_world - DVec3::Z * f64::from(GRAVITY));
+        let force_world = middle * force;
+        self.force_body = sample.specific_force_body.as_dvec3();
+        let gained = dt * (force_world - DVec3::Z * f64::from(GRAVITY));
         let displacement = dt * (self.velocity + 0.5 * gained);
         let turn = DQuat::from_scaled_axis(dt * rate);
         self.position += displacement;
@@ -108,7 +109,7 @@ impl Transcription {
         self.attitude = (self.attitude * turn).normalize();
         self.past.push((displacement, gained, turn));
         let mut f = identity();
-        let (force_cross, to_world) = (cross_matrix(self.force_world), DMat3::from_quat(middle));
+        let (force_cross, to_world) = (cross_matrix(force_world), DMat3::from_quat(middle));
         put(&mut f, 0, 3, DMat3::IDENTITY * dt);
         put(&mut f, 0, 6, -force_cross * (0.5 * dt * dt));
         put(&mut f, 0, 12, -to_world * (0.5 * dt * dt));
@@ -140,6 +141,8 @@ impl Transcription {
         let source = *self.config.source(measurement.source());
         let (displacement, gained, back) = self.motion(source.delay);
         let d = f64::from(source.delay);
+        let to_world = DMat3::from_quat(self.attitude);
+        let force_cross = cross_matrix(to_world * (self.force_body - self.accelerometer_bias));
         let (variance, vertical) =
             (f64::from(source.deviation).powi(2), f64::from(source.deviation_vertical).powi(2));
         let noise = [variance, variance, vertical];
@@ -168,7 +171,12 @@ impl Transcription {
             Measurement::GnssVelocity(x) => {
                 let innovation = x.as_dvec3() - (self.velocity - gained);
                 for k in 0..3 {
-                    rows.push((innovation[k], axis(3, k, 0.0), noise[k]));
+                    let mut row = axis(3, k, 0.0);
+                    for j in 0..3 {
+                        row[6 + j] = d * force_cross.col(j)[k];
+                        row[12 + j] = d * to_world.col(j)[k];
+                    }
+                    rows.push((innovation[k], row, noise[k]));
                 }
             }
             Measurement::CaptureAttitude(q) => {

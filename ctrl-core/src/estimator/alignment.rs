@@ -126,8 +126,8 @@ impl Estimator {
         let seen = if alignment.field_samples == 0 { Vec3::X } else { alignment.field };
         let north = seen - seen.dot(up) * up;
         let (length, whole) = (north.length_squared(), seen.length_squared());
-        // The negation takes NaN in.
-        if !(length > 1e-4 * whole && whole > 0.0) {
+        let is_heading = length > 1e-4 * whole && whole > 0.0;
+        if !is_heading {
             return Err(NotAligned::NoHeading);
         }
         let north = north / sqrt(length);

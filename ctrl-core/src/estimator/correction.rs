@@ -1,6 +1,6 @@
 //! Correction by one measurement: one number after the other, each through the gate.
 
-use glam::{Quat, Vec3};
+use glam::{Mat3, Quat, Vec3};
 
 use super::covariance::{Projection, Row, STATES};
 use super::history::Motion;
@@ -77,14 +77,13 @@ impl Estimator {
             }
             Measurement::GnssPosition(position) | Measurement::CapturePosition(position) => {
                 let innovation = position - (state.position_world - motion.displacement);
-                // p(t - d) = p - d v; what the errors of tilt and bias add over the delay is left out, both
-                // together: each alone is large, but their sum is what the filter knows well.
+                // p(t - d) = p - d v; what the errors of tilt and bias add, of second order in d, is left out.
                 let rows = [0, 1, 2].map(|axis| Row::Position { axis, rate: -config.delay });
                 self.apply(state, innovation.to_array(), rows, noise)
             }
             Measurement::GnssVelocity(velocity) => {
                 let innovation = velocity - (state.velocity_world - motion.gained_velocity);
-                let rows = [0, 1, 2].map(Row::Velocity);
+                let rows = past_velocity(state, config.delay);
                 self.apply(state, innovation.to_array(), rows, noise)
             }
             Measurement::CaptureAttitude(attitude) => {
@@ -148,7 +147,8 @@ impl Estimator {
         let field = rotate(then, field_body);
         let square = field.x * field.x + field.y * field.y;
         let whole = square + field.z * field.z;
-        if !(square > HORIZONTAL_MIN * HORIZONTAL_MIN * whole) {
+        // All are finite: the numbers have passed their range.
+        if square <= HORIZONTAL_MIN * HORIZONTAL_MIN * whole {
             return None;
         }
         let horizontal = sqrt(square);
@@ -198,6 +198,22 @@ impl Estimator {
         state.sources[source as usize].accept(state.step);
         Verdict::Restarted
     }
+}
+
+/// Rows of the velocity `d` ago, `v(t - d) = v - d (theta × R a - R b_a)`: the effects of tilt and bias nearly
+/// cancel, so that one of them without the other would be worse than neither.
+fn past_velocity(state: &EstimatorState, d: f32) -> [Row; 3] {
+    if d <= 0.0 {
+        return [0, 1, 2].map(Row::Velocity);
+    }
+    let to_world = Mat3::from_quat(state.attitude);
+    let a = d * (to_world * (state.held.specific_force_body - state.accelerometer_bias));
+    let bias = (to_world * d).transpose();
+    [
+        Row::PastVelocity { axis: 0, attitude: Vec3::new(0.0, -a.z, a.y), bias: bias.x_axis },
+        Row::PastVelocity { axis: 1, attitude: Vec3::new(a.z, 0.0, -a.x), bias: bias.y_axis },
+        Row::PastVelocity { axis: 2, attitude: Vec3::new(-a.y, a.x, 0.0), bias: bias.z_axis },
+    ]
 }
 
 /// Rotation vector in world axes from the estimated to the measured attitude; none if the measurement is

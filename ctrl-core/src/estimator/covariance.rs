@@ -42,6 +42,15 @@ pub enum Row {
     },
     /// Component (0 to 2) of the velocity.
     Velocity(usize),
+    /// Component `axis` (0 to 2) of a past velocity.
+    PastVelocity {
+        /// Component.
+        axis: usize,
+        /// Derivative by the attitude errors (m/s).
+        attitude: Vec3,
+        /// Derivative by the accelerometer bias (s).
+        bias: Vec3,
+    },
     /// Combination of the attitude errors.
     Attitude(Vec3),
 }
@@ -54,6 +63,12 @@ impl Row {
         match *self {
             Self::Position { axis, rate } => x[axis.min(2)] + rate * x[axis.min(2) + VELOCITY],
             Self::Velocity(axis) => x[axis.min(2) + VELOCITY],
+            Self::PastVelocity { axis, attitude, bias } => {
+                let [_, _, _, _, _, _, t0, t1, t2, _, _, _, a0, a1, a2] = *x;
+                x[axis.min(2) + VELOCITY]
+                    + (attitude.x * t0 + attitude.y * t1 + attitude.z * t2)
+                    + (bias.x * a0 + bias.y * a1 + bias.z * a2)
+            }
             Self::Attitude(h) => h.x * x[ATTITUDE] + h.y * x[ATTITUDE + 1] + h.z * x[ATTITUDE + 2],
         }
     }
@@ -168,6 +183,7 @@ impl Covariance {
                 let v = axis.min(2) + VELOCITY;
                 self.projection(noise, |column| column[v])
             }
+            Row::PastVelocity { .. } => self.projection(noise, |column| row.of(column)),
             Row::Attitude(h) => self
                 .projection(noise, |[_, _, _, _, _, _, x, y, z, ..]| h.x * x + h.y * y + h.z * z),
         }

@@ -71,7 +71,7 @@ fn difference(a: [i32; 3], b: [i32; 3]) -> Vec3 {
 impl History {
     /// With the start as its only moment.
     #[must_use]
-    pub const fn new() -> Self {
+    pub(super) const fn new() -> Self {
         Self { now: Sums::ZERO, slots: [Sums::ZERO; SLOTS], newest: 0, filled: 1, since: 0 }
     }
 
@@ -97,7 +97,7 @@ impl History {
     /// when that is shorter.
     #[must_use]
     pub fn motion(&self, steps: f32, spacing: u16) -> Motion {
-        if !(steps > 0.0) || self.filled == 0 {
+        if steps.is_nan() || steps <= 0.0 || self.filled == 0 {
             return Motion::NONE;
         }
         let back = (steps - f32::from(self.since)) / f32::from(spacing.max(1));

@@ -154,6 +154,7 @@ fn a_correction_is_that_of_joseph() {
         Row::Velocity(0),
         Row::Velocity(1),
         Row::Velocity(2),
+        Row::PastVelocity { axis: 1, attitude: Vec3::new(0.9, 0.0, -0.1), bias: Vec3::splat(0.1) },
         Row::Attitude(Vec3::new(-1.1, 0.4, 1.0)),
         Row::Attitude(Vec3::Y),
     ];
