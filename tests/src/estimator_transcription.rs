@@ -163,27 +163,26 @@ impl Transcription {
             }
             Measurement::GnssPosition(x) | Measurement::CapturePosition(x) => {
                 let innovation = x.as_dvec3() - (self.position - displacement);
-                for k in 0..3 {
-                    let row = axis(0, k, -d);
-                    rows.push((innovation[k], row, noise[k]));
+                for (k, noise) in noise.into_iter().enumerate() {
+                    rows.push((innovation[k], axis(0, k, -d), noise));
                 }
             }
             Measurement::GnssVelocity(x) => {
                 let innovation = x.as_dvec3() - (self.velocity - gained);
-                for k in 0..3 {
+                for (k, noise) in noise.into_iter().enumerate() {
                     let mut row = axis(3, k, 0.0);
                     for j in 0..3 {
                         row[6 + j] = d * force_cross.col(j)[k];
                         row[12 + j] = d * to_world.col(j)[k];
                     }
-                    rows.push((innovation[k], row, noise[k]));
+                    rows.push((innovation[k], row, noise));
                 }
             }
             Measurement::CaptureAttitude(q) => {
                 let error = q.as_dquat().normalize() * (self.attitude * back).inverse();
                 let error = if error.w < 0.0 { -error } else { error };
-                for k in 0..3 {
-                    rows.push((2.0 * error.xyz()[k], axis(6, k, 0.0), noise[k]));
+                for (k, noise) in noise.into_iter().enumerate() {
+                    rows.push((2.0 * error.xyz()[k], axis(6, k, 0.0), noise));
                 }
             }
             Measurement::Magnetometer(field) => {

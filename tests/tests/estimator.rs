@@ -106,7 +106,8 @@ fn single_precision_factors_agree_with_full_matrices_in_double_precision() {
             assert!(found.position < 1e-3, "{name}: {found:?}");
             assert!(found.velocity < 1e-3, "{name}: {found:?}");
             assert!(found.attitude < 2e-4, "{name}: {found:?}");
-            assert!(found.covariance < 1e-3, "{name}: {found:?}");
+            // Noise that takes turns comes up to one step early or late.
+            assert!(found.covariance < 2e-3, "{name}: {found:?}");
         }
     }
 }

@@ -177,23 +177,39 @@ impl Covariance {
         match *row {
             Row::Position { axis, rate } => {
                 let (p, v) = (axis.min(2), axis.min(2) + VELOCITY);
-                self.projection(noise, |column| column[p] + rate * column[v])
+                self.projection(noise, |_, column| column[p] + rate * column[v])
             }
             Row::Velocity(axis) => {
                 let v = axis.min(2) + VELOCITY;
-                self.projection(noise, |column| column[v])
+                self.projection(noise, |_, column| column[v])
             }
-            Row::PastVelocity { .. } => self.projection(noise, |column| row.of(column)),
-            Row::Attitude(h) => self
-                .projection(noise, |[_, _, _, _, _, _, x, y, z, ..]| h.x * x + h.y * y + h.z * z),
+            Row::PastVelocity { axis, attitude: h, bias: b } => {
+                let v = axis.min(2) + VELOCITY;
+                // Zeros below the diagonal are left out.
+                self.projection(noise, |j, column| {
+                    let [_, _, _, _, _, _, x, y, z, _, _, _, b0, b1, b2] = *column;
+                    let mut sum = column[v];
+                    if j >= ATTITUDE {
+                        sum += h.x * x + h.y * y + h.z * z;
+                    }
+                    if j >= ACCELEROMETER_BIAS {
+                        sum += b.x * b0 + b.y * b1 + b.z * b2;
+                    }
+                    sum
+                })
+            }
+            Row::Attitude(h) => self.projection(noise, |_, column| {
+                let [_, _, _, _, _, _, x, y, z, ..] = *column;
+                h.x * x + h.y * y + h.z * z
+            }),
         }
     }
 
     #[inline(always)]
-    fn projection(&self, noise: f32, row: impl Fn(&[f32; STATES]) -> f32) -> Projection {
+    fn projection(&self, noise: f32, row: impl Fn(usize, &[f32; STATES]) -> f32) -> Projection {
         let mut projection = Projection { f: [0.0; STATES], variance: noise, noise };
-        for ((f, column), d) in projection.f.iter_mut().zip(&self.u).zip(&self.d) {
-            *f = row(column);
+        for (j, ((f, column), d)) in projection.f.iter_mut().zip(&self.u).zip(&self.d).enumerate() {
+            *f = row(j, column);
             projection.variance += *f * *f * d;
         }
         projection

@@ -76,7 +76,7 @@ impl Estimator {
         let [velocity, attitude, gyro_bias, accelerometer_bias] = self.noise;
         let turn = usize::from(state.turn);
         let (first, noise) =
-            if turn % 2 == 0 { (ATTITUDE, attitude) } else { (VELOCITY, velocity) };
+            if turn.is_multiple_of(2) { (ATTITUDE, attitude) } else { (VELOCITY, velocity) };
         for k in 0..3 {
             state.covariance.add_noise(first + k, factor * noise);
         }

@@ -22,9 +22,7 @@ pub fn normalised_error(error: &ErrorState, covariance: &[[f32; STATES]; STATES]
     for i in 0..STATES {
         for j in 0..=i {
             let mut sum = f64::from(covariance[i][j]) / (scale[i] * scale[j]);
-            for k in 0..j {
-                sum -= lower[i][k] * lower[j][k];
-            }
+            sum -= (0..j).map(|k| lower[i][k] * lower[j][k]).sum::<f64>();
             lower[i][j] = if i == j { sum.sqrt() } else { sum / lower[j][j] };
         }
         let known: f64 = (0..i).map(|k| lower[i][k] * solved[k]).sum();

@@ -29,7 +29,7 @@ impl<T> Schedule<T> {
 
     /// Takes a sample when it is time; returns the one that arrives at this tick, if any.
     pub fn advance(&mut self, tick: u64, sample: impl FnOnce() -> T) -> Option<T> {
-        if tick % self.period == 0 {
+        if tick.is_multiple_of(self.period) {
             let taken = sample();
             if self.normal.uniform() >= self.dropout {
                 self.waiting.push_back((tick + self.delay, taken));
