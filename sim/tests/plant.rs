@@ -125,6 +125,7 @@ fn every_disturbance() -> DisturbanceConfig {
             torque: DVec3::splat(0.01),
         }),
         gust: Some(Gust { hold: 0.1, acceleration: 0.4, torque: 0.03 }),
+        dryden: None,
     }
 }
 

@@ -75,6 +75,13 @@ fn checks(scenario: &Scenario) -> Vec<Check> {
         checks.push(not_negative("disturbance.gust.acceleration", gust.acceleration));
         checks.push(not_negative("disturbance.gust.torque", gust.torque));
     }
+    if let Some(wind) = disturbance.dryden {
+        checks.push(positive("disturbance.dryden.wind_speed", wind.wind_speed));
+        checks.push(finite("disturbance.dryden.direction_deg", wind.direction_deg));
+        let low = |x| (3.0..=300.0).contains(&x);
+        checks.push(at("disturbance.dryden.height", wind.height, low, "in [3, 300] m"));
+        checks.push(not_negative("disturbance.dryden.drag", wind.drag));
+    }
     if let Some(sinusoid) = disturbance.sinusoid {
         checks.push(positive("disturbance.sinusoid.frequency", sinusoid.frequency));
     }

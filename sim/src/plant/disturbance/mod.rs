@@ -1,10 +1,12 @@
-//! Disturbance of the vehicle: the sum of any of a constant, uniform noise, a sinusoid and gusts, each
+//! Disturbance of the vehicle: the sum of any of a constant, uniform noise, a sinusoid, gusts and wind, each
 //! seeded on its own, so that adding one does not change another.
 
+mod dryden;
 mod gust;
 mod noise;
 mod sinusoid;
 
+pub use dryden::Dryden;
 pub use gust::Gust;
 pub use noise::Noise;
 pub use sinusoid::Sinusoid;
@@ -16,6 +18,7 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
 
 use super::{Disturbance, PlantState};
+use dryden::DrydenProcess;
 use gust::GustProcess;
 use noise::NoiseProcess;
 use sinusoid::SinusoidProcess;
@@ -32,6 +35,8 @@ pub struct DisturbanceConfig {
     pub sinusoid: Option<Sinusoid>,
     /// Steps.
     pub gust: Option<Gust>,
+    /// Wind with turbulence.
+    pub dryden: Option<Dryden>,
 }
 
 /// A constant disturbance, as of steady wind or a displaced centre of mass.
@@ -91,6 +96,10 @@ impl DisturbanceConfig {
         if let Some(gust) = self.gust {
             add(DVec3::splat(gust.acceleration), DVec3::splat(gust.torque));
         }
+        if self.dryden.is_some() {
+            // Normal turbulence has no bound.
+            add(DVec3::INFINITY, DVec3::ZERO);
+        }
         (bound.acceleration_world.max_element(), bound.torque_body.max_element())
     }
 }
@@ -109,6 +118,7 @@ pub struct DisturbanceProcess {
     noise: Option<NoiseProcess>,
     sinusoid: Option<SinusoidProcess>,
     gust: Option<GustProcess>,
+    dryden: Option<DrydenProcess>,
 }
 
 impl DisturbanceProcess {
@@ -123,13 +133,14 @@ impl DisturbanceProcess {
             noise: config.noise.map(|noise| NoiseProcess::new(&noise, stream(seed, 0))),
             sinusoid: config.sinusoid.map(|wave| SinusoidProcess::new(&wave, step_period)),
             gust: config.gust.map(|gust| GustProcess::new(&gust, step_period, stream(seed, 1))),
+            dryden: config.dryden.map(|wind| DrydenProcess::new(&wind, step_period, seed)),
         }
     }
 }
 
 impl DisturbanceSource for DisturbanceProcess {
     #[inline]
-    fn advance(&mut self, _: &PlantState) -> Disturbance {
+    fn advance(&mut self, truth: &PlantState) -> Disturbance {
         let mut sum = self.constant;
         if let Some(noise) = &mut self.noise {
             sum += noise.advance();
@@ -139,6 +150,9 @@ impl DisturbanceSource for DisturbanceProcess {
         }
         if let Some(gust) = &mut self.gust {
             sum += gust.advance();
+        }
+        if let Some(dryden) = &mut self.dryden {
+            sum += dryden.advance(truth);
         }
         sum
     }
