@@ -5,7 +5,7 @@ use ctrl_core::controller::{AdaptiveController, AnyController, AnyControllerStat
 use ctrl_core::error::ConfigError;
 
 use crate::access::{self, Sized32};
-use crate::controller::{GyrfalconController, content};
+use crate::controller::{GyrfalconController, content, content_of};
 use crate::refusal::{GyrfalconRefusal, refused};
 use crate::result::{Failure, code_of};
 use crate::types::{GyrfalconQuaternion, GyrfalconVector};
@@ -15,7 +15,7 @@ use crate::types::{GyrfalconQuaternion, GyrfalconVector};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct GyrfalconCheckpoint {
-    /// The struct's own size (B).
+    /// `sizeof(gyrfalcon_checkpoint)`.
     pub struct_size: u32,
     /// Time since the first step (s).
     pub elapsed: f32,
@@ -71,12 +71,13 @@ fn resumed(
 /// # Safety
 /// Each pointer is null or points to a value of its type; none overlap.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn gyrfalcon_checkpoint(
-    controller: *mut GyrfalconController,
+pub unsafe extern "C" fn gyrfalcon_get_checkpoint(
+    controller: *const GyrfalconController,
     checkpoint: *mut GyrfalconCheckpoint,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    let both = unsafe { content(controller).and_then(|own| Ok((own, access::output(checkpoint)?))) };
+    let both =
+        unsafe { content_of(controller).and_then(|own| Ok((own, access::output(checkpoint)?))) };
     code_of(both.map(|(content, checkpoint)| {
         let estimates = content.controller.estimates(&content.state);
         let auxiliary = content.controller.auxiliary(&content.state);
@@ -114,9 +115,8 @@ unsafe fn resume(
     refusal: *mut GyrfalconRefusal,
 ) -> Result<(), Failure> {
     // SAFETY: the caller's promise.
-    let (content, checkpoint, refusal) = unsafe {
-        (content(controller)?, access::input(checkpoint)?, access::optional(refusal)?)
-    };
+    let (content, checkpoint, refusal) =
+        unsafe { (content(controller)?, access::input(checkpoint)?, access::optional(refusal)?) };
     let state = resumed(&content.controller, &checkpoint.into())
         .map_err(|error| refused(&error, refusal))?;
     content.begin(state, checkpoint.elapsed);

@@ -205,12 +205,9 @@ impl From<&ControllerConfig> for GyrfalconConfig {
             ..Self::default()
         };
         match config {
-            ControllerConfig::RobustAdaptive(own) => Self {
-                kind: GYRFALCON_ROBUST_ADAPTIVE,
-                k4: own.k4,
-                gamma2: own.gamma2,
-                ..shared
-            },
+            ControllerConfig::RobustAdaptive(own) => {
+                Self { kind: GYRFALCON_ROBUST_ADAPTIVE, k4: own.k4, gamma2: own.gamma2, ..shared }
+            }
             ControllerConfig::Saturated(own) => Self {
                 kind: GYRFALCON_SATURATED,
                 k4: own.k4,

@@ -78,6 +78,24 @@ pub(crate) unsafe fn content<'a>(
     Ok(unsafe { &mut *content })
 }
 
+/// As [`content`], to be read only.
+///
+/// # Safety
+/// As for [`content`], but others may read meanwhile.
+#[inline(always)]
+pub(crate) unsafe fn content_of<'a>(
+    controller: *const GyrfalconController,
+) -> Result<&'a Content, Failure> {
+    let content = access::memory(controller.cast_mut())?.cast_const().cast::<Content>();
+    // SAFETY: not null, aligned, and large enough; the field is read without a reference to the rest.
+    let mark = unsafe { (&raw const (*content).mark).read() };
+    if mark != CONFIGURED {
+        return Err(Failure(GYRFALCON_NOT_CONFIGURED));
+    }
+    // SAFETY: the mark says that the content was written as a whole.
+    Ok(unsafe { &*content })
+}
+
 /// Version of the interface that the library was built with.
 #[unsafe(no_mangle)]
 pub extern "C" fn gyrfalcon_abi_version() -> u32 {

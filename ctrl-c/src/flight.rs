@@ -1,14 +1,17 @@
 //! The step, and what can be asked of a controller in flight.
 
-use ctrl_core::controller::{AdaptiveController, StepOutput, StepStatus, TrackingController};
+use ctrl_core::controller::{
+    AdaptiveController, AnyController, AnyControllerState, StepOutput, StepStatus,
+    TrackingController,
+};
 use ctrl_core::jet::Jet;
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
 use glam::Vec3;
 
 use crate::access::{self, Sized32};
-use crate::controller::{GyrfalconController, content};
-use crate::result::code::{GYRFALCON_OK, GYRFALCON_OUTPUT_HELD};
+use crate::controller::{GyrfalconController, content, content_of};
+use crate::result::code::{GYRFALCON_NOT_CONFIGURED, GYRFALCON_OK, GYRFALCON_OUTPUT_HELD};
 use crate::result::{Failure, code_of};
 use crate::types::{GyrfalconReference, GyrfalconVector, GyrfalconVehicleState};
 
@@ -60,7 +63,7 @@ pub struct GyrfalconOutput {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct GyrfalconEstimates {
-    /// `sizeof(gyrfalcon_estimates)`, the struct's.
+    /// `sizeof(gyrfalcon_estimates)`.
     pub struct_size: u32,
     /// Inverse mass (1/kg).
     pub inverse_mass: f32,
@@ -76,7 +79,7 @@ pub struct GyrfalconEstimates {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct GyrfalconBounds {
-    /// The struct's own size (B).
+    /// `sizeof(gyrfalcon_bounds)`.
     pub struct_size: u32,
     /// Lower thrust bound (N), positive.
     pub thrust_min: f32,
@@ -145,7 +148,16 @@ unsafe fn step(
         unsafe { (content(controller)?, access::input(vehicle)?, access::input(reference)?) };
     content.steps = content.steps.saturating_add(1);
     let (vehicle, reference) = (VehicleState::from(vehicle), Reference::from(reference));
-    Ok(content.controller.step(&mut content.state, &vehicle, &reference))
+    // A state of the other kind cannot be: both are always written together.
+    match (&content.controller, &mut content.state) {
+        (AnyController::RobustAdaptive(law), AnyControllerState::RobustAdaptive(state)) => {
+            Ok(law.step(state, &vehicle, &reference))
+        }
+        (AnyController::Saturated(law), AnyControllerState::Saturated(state)) => {
+            Ok(law.step(state, &vehicle, &reference))
+        }
+        _ => Err(Failure(GYRFALCON_NOT_CONFIGURED)),
+    }
 }
 
 /// Writes the current estimates.
@@ -153,12 +165,13 @@ unsafe fn step(
 /// # Safety
 /// Each pointer is null or points to a value of its type; none overlap.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn gyrfalcon_estimates(
-    controller: *mut GyrfalconController,
+pub unsafe extern "C" fn gyrfalcon_get_estimates(
+    controller: *const GyrfalconController,
     estimates: *mut GyrfalconEstimates,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    let both = unsafe { content(controller).and_then(|own| Ok((own, access::output(estimates)?))) };
+    let both =
+        unsafe { content_of(controller).and_then(|own| Ok((own, access::output(estimates)?))) };
     code_of(both.map(|(content, estimates)| {
         let current = content.controller.estimates(&content.state);
         *estimates = GyrfalconEstimates {
@@ -176,12 +189,12 @@ pub unsafe extern "C" fn gyrfalcon_estimates(
 /// # Safety
 /// Each pointer is null or points to a value of its type; none overlap.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn gyrfalcon_bounds(
-    controller: *mut GyrfalconController,
+pub unsafe extern "C" fn gyrfalcon_get_bounds(
+    controller: *const GyrfalconController,
     bounds: *mut GyrfalconBounds,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    let both = unsafe { content(controller).and_then(|own| Ok((own, access::output(bounds)?))) };
+    let both = unsafe { content_of(controller).and_then(|own| Ok((own, access::output(bounds)?))) };
     code_of(both.map(|(content, bounds)| {
         let own = content.controller.bounds();
         *bounds = GyrfalconBounds {
@@ -206,7 +219,9 @@ pub unsafe extern "C" fn gyrfalcon_hover(
     let both = unsafe {
         access::output(reference).and_then(|own| Ok((own, access::plain(position_world)?)))
     };
-    code_of(both.map(|(reference, position)| *reference = (&Reference::hover(position.into())).into()))
+    code_of(
+        both.map(|(reference, position)| *reference = (&Reference::hover(position.into())).into()),
+    )
 }
 
 /// Sets the heading of `reference` so that body x keeps as close to `forward`, a unit vector in the

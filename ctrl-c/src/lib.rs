@@ -2,7 +2,7 @@
 //! `include/gyrfalcon.h` is generated from these sources.
 //!
 //! ```text
-//! gyrfalcon_configure -> gyrfalcon_step, gyrfalcon_step, ... -> gyrfalcon_checkpoint
+//! gyrfalcon_configure -> gyrfalcon_step, gyrfalcon_step, ... -> gyrfalcon_get_checkpoint
 //! ```
 //!
 //! The caller owns all memory: one [`GyrfalconController`] holds a validated controller and its state.
@@ -31,7 +31,7 @@ mod refusal;
 mod result;
 mod types;
 
-pub use checkpoint::{GyrfalconCheckpoint, gyrfalcon_checkpoint, gyrfalcon_resume};
+pub use checkpoint::{GyrfalconCheckpoint, gyrfalcon_get_checkpoint, gyrfalcon_resume};
 pub use config::{
     GYRFALCON_ROBUST_ADAPTIVE, GYRFALCON_SATURATED, GyrfalconCascade, GyrfalconConfig,
     GyrfalconInitial, GyrfalconUncertainty,
@@ -42,8 +42,8 @@ pub use controller::{
     gyrfalcon_controller_size, gyrfalcon_reset,
 };
 pub use flight::{
-    GyrfalconBounds, GyrfalconEstimates, GyrfalconOutput, gyrfalcon_bounds, gyrfalcon_estimates,
-    gyrfalcon_face, gyrfalcon_hover, gyrfalcon_step, status,
+    GyrfalconBounds, GyrfalconEstimates, GyrfalconOutput, gyrfalcon_face, gyrfalcon_get_bounds,
+    gyrfalcon_get_estimates, gyrfalcon_hover, gyrfalcon_step, status,
 };
 pub use refusal::{GYRFALCON_NAME_SIZE, GyrfalconRefusal, bound};
 pub use result::{GYRFALCON_ABI_VERSION, code, gyrfalcon_result_text};

@@ -1,0 +1,33 @@
+//! `cargo xtask c-library`: the C library, its header, its tests and its installation.
+
+mod build;
+mod header;
+mod install;
+mod machine;
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+pub use build::Library;
+pub use header::write as write_header;
+
+use crate::toolchain::{TARGET, host};
+
+/// Prefix into which the checks install the library for this machine.
+const PREFIX: &str = "target/c-library/prefix";
+
+/// Everything that must hold of the C library.
+pub fn check() -> Result<()> {
+    header::check()?;
+    let library = Library::build(&host()?)?;
+    machine::check(&Library::build(TARGET)?)?;
+    install::install(&library, Path::new(PREFIX))
+}
+
+/// Builds the library for `target` (this machine's unless given) and installs it into `prefix`.
+pub fn install(prefix: &str, target: Option<&str>) -> Result<()> {
+    let target = target.map_or_else(host, |target| Ok(target.to_owned()))?;
+    let library = Library::build(&target).with_context(|| format!("the library for {target}"))?;
+    install::install(&library, Path::new(prefix))
+}
