@@ -135,6 +135,15 @@ impl From<GyrfalconCascade> for CascadeGains {
     }
 }
 
+/// The core's configuration; the error is the result code of another version or an unknown kind.
+impl TryFrom<GyrfalconConfig> for ControllerConfig {
+    type Error = i32;
+
+    fn try_from(config: GyrfalconConfig) -> Result<Self, i32> {
+        config.to_core().map_err(|Failure(code)| code)
+    }
+}
+
 impl GyrfalconConfig {
     /// The core's configuration; refuses another version and an unknown kind.
     pub(crate) fn to_core(self) -> Result<ControllerConfig, Failure> {

@@ -54,6 +54,17 @@ pub struct GyrfalconRefusal {
 impl Sized32 for GyrfalconRefusal {}
 
 impl GyrfalconRefusal {
+    /// No refusal yet.
+    pub const EMPTY: Self = Self {
+        struct_size: Self::SIZE,
+        bound: 0,
+        value: 0.0,
+        lower: 0.0,
+        upper: 0.0,
+        parameter: [0; GYRFALCON_NAME_SIZE],
+        source: [0; GYRFALCON_NAME_SIZE],
+    };
+
     /// Takes the content of `error`.
     fn fill(&mut self, error: &ConfigError) {
         let (kind, lower, upper) = match error.bound {

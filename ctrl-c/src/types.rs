@@ -147,6 +147,18 @@ impl From<&GyrfalconReference> for Reference {
     }
 }
 
+impl From<&VehicleState> for GyrfalconVehicleState {
+    fn from(state: &VehicleState) -> Self {
+        Self {
+            struct_size: Self::SIZE,
+            position_world: state.position_world.into(),
+            velocity_world: state.velocity_world.into(),
+            attitude: state.attitude.into(),
+            rate_body: state.rate_body.into(),
+        }
+    }
+}
+
 impl From<&Reference> for GyrfalconReference {
     fn from(reference: &Reference) -> Self {
         Self {

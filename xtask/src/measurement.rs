@@ -18,6 +18,11 @@ const STACK_MARGIN: u64 = 64;
 /// Builds images and plugin, and writes the flights.
 pub fn prepare() -> Result<()> {
     build()?;
+    write_samples()
+}
+
+/// Writes the flights.
+pub fn write_samples() -> Result<()> {
     run(&mut cargo(["run", "--quiet", "-p", "step-samples", "--", SAMPLES]))
 }
 

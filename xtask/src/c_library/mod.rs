@@ -4,6 +4,7 @@ mod build;
 mod header;
 mod install;
 mod machine;
+mod tests;
 
 use std::path::Path;
 
@@ -22,7 +23,8 @@ pub fn check() -> Result<()> {
     header::check()?;
     let library = Library::build(&host()?)?;
     machine::check(&Library::build(TARGET)?)?;
-    install::install(&library, Path::new(PREFIX))
+    install::install(&library, Path::new(PREFIX))?;
+    tests::run_all(Path::new(PREFIX))
 }
 
 /// Builds the library for `target` (this machine's unless given) and installs it into `prefix`.
