@@ -6,7 +6,6 @@ use ctrl_core::controller::{
 };
 use ctrl_core::jet::Jet;
 use ctrl_core::reference::Reference;
-use ctrl_core::vehicle::VehicleState;
 use glam::Vec3;
 
 use crate::access::{self, Sized32};
@@ -89,6 +88,14 @@ pub struct GyrfalconBounds {
     pub torque_max: f32,
 }
 
+impl GyrfalconOutput {
+    /// An output to be written by a step.
+    #[must_use]
+    pub fn empty() -> Self {
+        Self { struct_size: Self::SIZE, ..Self::default() }
+    }
+}
+
 impl Sized32 for GyrfalconOutput {}
 impl Sized32 for GyrfalconEstimates {}
 impl Sized32 for GyrfalconBounds {}
@@ -127,11 +134,7 @@ pub unsafe extern "C" fn gyrfalcon_step(
         }
         Err(Failure(code)) => {
             let status = status::GYRFALCON_STATUS_OUTPUT_HELD;
-            *output = GyrfalconOutput {
-                struct_size: GyrfalconOutput::SIZE,
-                status,
-                ..GyrfalconOutput::default()
-            };
+            *output = GyrfalconOutput { status, ..GyrfalconOutput::empty() };
             code
         }
     }
@@ -147,14 +150,14 @@ unsafe fn step(
     let (content, vehicle, reference) =
         unsafe { (content(controller)?, access::input(vehicle)?, access::input(reference)?) };
     content.steps = content.steps.saturating_add(1);
-    let (vehicle, reference) = (VehicleState::from(vehicle), Reference::from(reference));
+    let (vehicle, reference) = (vehicle.as_core(), reference.as_core());
     // A state of the other kind cannot be: both are always written together.
     match (&content.controller, &mut content.state) {
         (AnyController::RobustAdaptive(law), AnyControllerState::RobustAdaptive(state)) => {
-            Ok(law.step(state, &vehicle, &reference))
+            Ok(law.step(state, vehicle, reference))
         }
         (AnyController::Saturated(law), AnyControllerState::Saturated(state)) => {
-            Ok(law.step(state, &vehicle, &reference))
+            Ok(law.step(state, vehicle, reference))
         }
         _ => Err(Failure(GYRFALCON_NOT_CONFIGURED)),
     }
@@ -246,7 +249,7 @@ pub unsafe extern "C" fn gyrfalcon_face(
         })
     };
     code_of(all.map(|(reference, forward)| {
-        *reference = (&Reference::from(&*reference).facing(forward)).into();
+        *reference = (&reference.as_core().facing(forward)).into();
     }))
 }
 

@@ -1,5 +1,7 @@
 //! Vectors, the vehicle's state and the reference, as C structs.
 
+use core::mem::offset_of;
+
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{Interval, VehicleState};
 use glam::{Quat, Vec3};
@@ -119,33 +121,41 @@ impl From<GyrfalconInterval> for Interval {
     }
 }
 
-impl From<&GyrfalconVehicleState> for VehicleState {
-    #[inline(always)]
-    fn from(state: &GyrfalconVehicleState) -> Self {
-        Self {
-            position_world: state.position_world.into(),
-            velocity_world: state.velocity_world.into(),
-            attitude: state.attitude.into(),
-            rate_body: state.rate_body.into(),
+/// A C struct that is `struct_size` and then a core type, so that the step can use it in place: a copy
+/// would cost a tenth of the step.
+macro_rules! in_place {
+    ($own:ident, $core:ident: $($field:ident),+) => {
+        const _: () = assert!(size_of::<$own>() == size_of::<u32>() + size_of::<$core>());
+        const _: () = assert!(align_of::<$own>() == align_of::<$core>());
+        $(const _: () = assert!(
+            offset_of!($own, $field) == size_of::<u32>() + offset_of!($core, $field)
+        );)+
+
+        impl $own {
+            /// The core's view of it.
+            #[inline(always)]
+            pub(crate) fn as_core(&self) -> &$core {
+                // SAFETY: the core type lies behind `struct_size`, field by field, as asserted above; its
+                // alignment is the same, and any bits are numbers.
+                unsafe { &*(&raw const *self).byte_add(size_of::<u32>()).cast() }
+            }
         }
-    }
+    };
 }
 
-impl From<&GyrfalconReference> for Reference {
-    #[inline(always)]
-    fn from(reference: &GyrfalconReference) -> Self {
-        Self {
-            position_world: reference.position_world.into(),
-            velocity_world: reference.velocity_world.into(),
-            acceleration_world: reference.acceleration_world.into(),
-            jerk_world: reference.jerk_world.into(),
-            snap_world: reference.snap_world.into(),
-            left_world: reference.left_world.into(),
-            left_rate_world: reference.left_rate_world.into(),
-            left_acceleration_world: reference.left_acceleration_world.into(),
-        }
-    }
-}
+in_place!(
+    GyrfalconVehicleState,
+    VehicleState: position_world, velocity_world, attitude, rate_body
+);
+in_place!(
+    GyrfalconReference,
+    Reference: position_world, velocity_world, acceleration_world, jerk_world, snap_world, left_world,
+    left_rate_world, left_acceleration_world
+);
+const _: () = assert!(offset_of!(GyrfalconQuaternion, w) == offset_of!(Quat, w));
+const _: () = assert!(offset_of!(GyrfalconQuaternion, x) == offset_of!(Quat, x));
+const _: () = assert!(offset_of!(GyrfalconQuaternion, z) == offset_of!(Quat, z));
+const _: () = assert!(offset_of!(GyrfalconVector, z) == offset_of!(Vec3, z));
 
 impl From<&VehicleState> for GyrfalconVehicleState {
     fn from(state: &VehicleState) -> Self {

@@ -110,7 +110,8 @@ fn lint_target() -> Result<()> {
         run(&mut cargo(all.copied()))
     };
     lint(&["-p", "ctrl-core"])?;
-    lint(&["-p", "step-image"])?;
+    lint(&["-p", "ctrl-c"])?;
+    lint(&["-p", "step-image", "--features", "c-interface"])?;
     for variant in firmware::VARIANTS {
         lint(&["-p", "firmware", "--features", variant])?;
     }

@@ -37,9 +37,10 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   budgets [--accept]
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
                 limits to what was measured
-  c-library [header | install PREFIX [TARGET]]
+  c-library [header | cost | install PREFIX [TARGET]]
                 build the C library and check it, from the header to tests in C; `header` generates the
-                header anew, `install` builds for TARGET (this machine's unless given) and installs
+                header anew, `cost` measures the step through it, `install` builds for TARGET (this
+                machine's unless given) and installs
   firmware      flash, static RAM and worst-case stack of the firmware's image alone
   profile CONTROLLER [FLIGHT [ROWS]]
                 instructions of a step by function; CONTROLLER is robust-adaptive or saturated,
@@ -72,6 +73,7 @@ fn run() -> Result<()> {
         ["budgets", "--accept"] => budgets::accept(),
         ["firmware"] => budgets::print_firmware(),
         ["c-library"] => c_library::check(),
+        ["c-library", "cost"] => c_library::print_cost(),
         ["c-library", "header"] => c_library::write_header(),
         ["c-library", "install", prefix] => c_library::install(prefix, None),
         ["c-library", "install", prefix, target] => c_library::install(prefix, Some(target)),

@@ -1,6 +1,7 @@
 //! `cargo xtask c-library`: the C library, its header, its tests and its installation.
 
 mod build;
+mod cost;
 mod header;
 mod install;
 mod machine;
@@ -10,9 +11,13 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-pub use build::Library;
+pub use cost::rows as cost_rows;
 pub use header::write as write_header;
 
+use build::Library;
+
+use crate::budgets::Row;
+use crate::measurement::prepare;
 use crate::toolchain::{TARGET, host};
 
 /// Prefix into which the checks install the library for this machine.
@@ -25,6 +30,15 @@ pub fn check() -> Result<()> {
     machine::check(&Library::build(TARGET)?)?;
     install::install(&library, Path::new(PREFIX))?;
     tests::run_all(Path::new(PREFIX))
+}
+
+/// Measures the cost of the interface alone, without the other budgets.
+pub fn print_cost() -> Result<()> {
+    prepare()?;
+    for Row { subject, quantity, unit, value } in cost_rows()? {
+        println!("{subject:<18} {quantity:<18} {value:>9.1} {unit}");
+    }
+    Ok(())
 }
 
 /// Builds the library for `target` (this machine's unless given) and installs it into `prefix`.
