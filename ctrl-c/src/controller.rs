@@ -146,9 +146,16 @@ unsafe fn configure(
     let (config, refusal) = unsafe { (access::input(config)?, access::optional(refusal)?) };
     let controller = config.to_core()?.build().map_err(|error| refused(&error, refusal))?;
     let state = controller.initial_state();
-    let content = Content { mark: CONFIGURED, steps: 0, started: 0.0, controller, state };
+    let content = memory.cast::<Content>();
+    // Field by field, so that the whole is not put together on the stack first.
     // SAFETY: not null, aligned, and large enough for the content (asserted above).
-    unsafe { memory.cast::<Content>().write(content) };
+    unsafe {
+        (&raw mut (*content).controller).write(controller);
+        (&raw mut (*content).state).write(state);
+        (&raw mut (*content).started).write(0.0);
+        (&raw mut (*content).steps).write(0);
+        (&raw mut (*content).mark).write(CONFIGURED);
+    }
     Ok(())
 }
 

@@ -1,4 +1,6 @@
 /* The parts of the firmware that the app calls, and counts of the calls. */
+#include <pthread.h>
+#include <semaphore.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -25,8 +27,32 @@ void controllerPid(control_t *control, const setpoint_t *setpoint, const sensorD
     pid_calls++;
 }
 
+/* The app's task is a thread that runs while `app_turn` waits for it. */
+static sem_t turn, done;
+
 void vTaskDelay(uint32_t ticks) {
     (void)ticks;
+    sem_post(&done);
+    sem_wait(&turn);
+}
+
+static void *app_task(void *unused) {
+    appMain();
+    return unused;
+}
+
+void app_turn(void) {
+    static bool started;
+    if (started) {
+        sem_post(&turn);
+    } else {
+        static pthread_t thread;
+        started = true;
+        sem_init(&turn, 0, 0);
+        sem_init(&done, 0, 0);
+        pthread_create(&thread, NULL, app_task, NULL);
+    }
+    sem_wait(&done);
 }
 
 void stub_print(const char *format, ...) {

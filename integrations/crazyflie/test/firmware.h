@@ -12,6 +12,9 @@ extern unsigned pid_calls;
 /* The latest line of the console. */
 extern char printed[512];
 
+/* Lets the app's task run until it waits. */
+void app_turn(void);
+
 /* Address of a parameter or of a logged variable; null if there is none of that name. */
 void *param(const char *name);
 const void *logged(const char *name);

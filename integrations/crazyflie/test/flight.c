@@ -11,6 +11,7 @@
 
 int main(void) {
     controllerOutOfTreeInit();
+    app_turn();
     if (!controllerOutOfTreeTest()) {
         fprintf(stderr, "%s\n", printed);
         return 1;

@@ -96,22 +96,37 @@ static void parameters_are_checked_before_they_fly(void) {
     float *k3 = param("k3"), good = *k3;
     uint8_t *apply = param("apply");
     *k3 = -1.0f;
-    call(&hover);
+    app_turn();
     CHECK(count("refusals") == 0);
     *apply = 1;
-    call(&hover);
+    app_turn();
     CHECK(count("refusals") == 1 && *apply == 0 && strstr(printed, "cascade.k3 = -1") != NULL);
+    call(&hover);
     CHECK(control.controlMode == controlModeForceTorque && control.thrustSi > 0.25f);
+    /* Other gains act from the next call on; the estimates go on. */
+    state.position.z = -0.2f;
+    float before = 0.0f, after = 0.0f;
+    for (int tick = 0; tick < 300; tick++) {
+        call(&hover);
+    }
+    memcpy(&before, logged("invMass"), sizeof before);
+    CHECK(before > 1.0f / 0.029849624f || before < 1.0f / 0.029849624f);
     *k3 = 0.5f * good;
     *apply = 1;
-    state.attitudeQuaternion = (quaternion_t){.x = 0.05f, .w = 0.99875f};
+    app_turn();
+    state.attitudeQuaternion = (quaternion_t){.x = 0.02f, .w = 0.9998f};
     call(&hover);
+    memcpy(&after, logged("invMass"), sizeof after);
+    CHECK(fabsf(after - before) < 1e-3f);
     float soft = control.torqueX;
     *k3 = good;
     *apply = 1;
     call(&hover);
-    CHECK(count("refusals") == 1 && soft < 0.0f && control.torqueX < soft);
-    state.attitudeQuaternion = (quaternion_t){.w = 1.0f};
+    CHECK(fabsf(control.torqueX - soft) < 0.1f * fabsf(soft)); /* not before the app's turn */
+    app_turn();
+    call(&hover);
+    CHECK(count("refusals") == 1 && soft < 0.0f && control.torqueX < 1.3f * soft);
+    state = (state_t){.attitudeQuaternion = {.w = 1.0f}};
 }
 
 static void names_fit(void) {
@@ -127,6 +142,11 @@ static void names_fit(void) {
 int main(void) {
     controllerOutOfTreeInit();
     CHECK(controllerOutOfTreeTest());
+    /* Until the app's task has made a controller, the firmware's own flies. */
+    call(&hover);
+    CHECK(control.controlMode == controlModeLegacy && pid_calls == 1);
+    pid_calls = 0;
+    app_turn();
     absolute_positions_are_flown();
     everything_else_is_not();
     bad_numbers_are_held();

@@ -48,7 +48,16 @@ impl App {
         let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("crazyflie-{name}"));
         let sources = ["app/src/gyrfalcon_app.c", "test/firmware.c", "test/flight.c"];
         run(Command::new("gcc")
-            .args(["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-Wdouble-promotion", "-O2", "-g"])
+            .args([
+                "-std=gnu11",
+                "-Wall",
+                "-Wextra",
+                "-Werror",
+                "-Wdouble-promotion",
+                "-O2",
+                "-g",
+                "-pthread",
+            ])
             .args(options)
             .arg("-I")
             .arg(library.join("include"))

@@ -11,6 +11,8 @@ mod twin;
 use ctrl_core::controller::{StepOutput, StepStatus};
 use ctrl_core::trajectory::{CircleConfig, Heading, TrajectoryConfig};
 use glam::{DVec3, Vec3};
+use sil_host::tune::propose;
+use sil_host::tune::request::WantedOptions;
 use sim::closed_loop::ObservedController;
 use sim::observer::Observer;
 use sim::plant::PlantState;
@@ -134,6 +136,14 @@ fn other_gains_give_other_bits() {
     changed.cascade_mut().k3 *= 1.000_001;
     let (in_rust, _) = fly(Twin::new(&changed), &scenario);
     assert_ne!(through_c.truth, in_rust.truth);
+}
+
+#[test]
+fn gains_of_the_scenario_are_those_that_tune_proposes() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../integrations/crazyflie/vehicle.toml");
+    let proposal =
+        propose(file, WantedOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(scenario(&[]).controller, proposal.law);
 }
 
 #[test]

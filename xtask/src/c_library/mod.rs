@@ -4,6 +4,7 @@ mod build;
 mod cost;
 mod header;
 mod install;
+mod integrations;
 mod machine;
 mod tests;
 
@@ -27,9 +28,11 @@ const PREFIX: &str = "target/c-library/prefix";
 pub fn check() -> Result<()> {
     header::check()?;
     let library = Library::build(&host()?)?;
-    machine::check(&Library::build(TARGET)?)?;
+    let target = Library::build(TARGET)?;
+    machine::check(&target)?;
     install::install(&library, Path::new(PREFIX))?;
-    tests::run_all(Path::new(PREFIX))
+    tests::run_all(Path::new(PREFIX))?;
+    integrations::crazyflie(Path::new(PREFIX), &target)
 }
 
 /// Measures the cost of the interface alone, without the other budgets.

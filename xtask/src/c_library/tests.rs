@@ -18,8 +18,9 @@ const PAGES: [&str; 1] = ["docs/how-to/c-library.md"];
 /// Largest number of lines of the example.
 const EXAMPLE_LINES: usize = 60;
 /// Options of every compilation.
-pub const STRICT: [&str; 6] = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-g"];
-const SANITIZERS: [&str; 2] = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+const STRICT: [&str; 6] = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-g"];
+/// Options of gcc that make mistakes end the program.
+pub const SANITIZERS: [&str; 2] = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
 /// Valgrind with every finding an error, leaks included.
 const VALGRIND: [&str; 5] = [
     "valgrind",

@@ -27,46 +27,57 @@
 /* Thrust of a manual set-point below which the motors are off, of 65535. */
 #define MANUAL_THRUST_MIN 1000.0f
 
+/* Configuration takes more stack than the firmware's control task has: the app's own task prepares a
+ * controller in `prepared`, the control task takes it over when `waiting` is set. */
 static gyrfalcon_config config;
-static gyrfalcon_controller controller;
-static bool ready;        /* a configuration has been accepted */
-static bool flying;       /* the last call was flown by Gyrfalcon */
-static float yaw_wanted;  /* where set-points give a yaw rate only (rad) */
+static gyrfalcon_controller prepared;
+static volatile bool waiting;
+static gyrfalcon_controller law;
+static bool ready;       /* a controller has been taken over */
+static bool flying;      /* the last call was flown by Gyrfalcon */
+static float yaw_wanted; /* where set-points give a yaw rate only (rad) */
 
 /* Parameters and logs. */
-static uint8_t apply;
+static volatile uint8_t apply;
 static int32_t result;
 static uint32_t status;
 static float inverse_mass;
 static uint32_t steps;
 static uint32_t refusals;
 
-/* Takes the parameters over; the controller in flight stays as it is if they are refused. */
-static void configure(void) {
+/* App's task: makes a controller of the parameters; the one in flight stays if they are refused. */
+static void prepare(void) {
     gyrfalcon_refusal refusal = {.struct_size = sizeof refusal};
-    gyrfalcon_checkpoint kept = {.struct_size = sizeof kept};
-    bool again = ready && gyrfalcon_get_checkpoint(&controller, &kept) == GYRFALCON_OK;
-    result = gyrfalcon_configure(&controller, sizeof controller, &config, &refusal);
-    if (result != GYRFALCON_OK) {
+    int32_t configured = gyrfalcon_configure(&prepared, sizeof prepared, &config, &refusal);
+    if (configured != GYRFALCON_OK) {
         refusals++;
-        DEBUG_PRINT("%s: %s = %f, from %f to %f\n", gyrfalcon_result_text(result), refusal.parameter,
+        DEBUG_PRINT("%s: %s = %f, from %f to %f\n", gyrfalcon_result_text(configured), refusal.parameter,
                     (double)refusal.value, (double)refusal.lower, (double)refusal.upper);
         return;
     }
-    /* The estimates go on if they are inside the new bounds; else they begin anew, which is safe too. */
-    if (again) {
-        (void)gyrfalcon_resume(&controller, &kept, NULL);
-    }
+    waiting = true;
+}
+
+/* Control task: takes the prepared controller. Its estimates go on if they are inside the new bounds; else
+ * they begin anew, which is safe too. */
+static void take_over(void) {
+    gyrfalcon_checkpoint kept = {.struct_size = sizeof kept};
+    bool again = ready && gyrfalcon_get_checkpoint(&law, &kept) == GYRFALCON_OK;
+    law = prepared;
+    waiting = false;
     ready = true;
+    if (again) {
+        (void)gyrfalcon_resume(&law, &kept, NULL);
+    }
 }
 
 /* Goes on with the estimates of the last flight, the auxiliary system at rest. */
 static void enter(void) {
     gyrfalcon_checkpoint kept = {.struct_size = sizeof kept};
-    if (gyrfalcon_get_checkpoint(&controller, &kept) == GYRFALCON_OK) {
+    if (gyrfalcon_get_checkpoint(&law, &kept) == GYRFALCON_OK) {
         kept.auxiliary_attitude = (gyrfalcon_quaternion){.w = 1.0f};
         kept.auxiliary_rate = (gyrfalcon_vector){0};
-        (void)gyrfalcon_resume(&controller, &kept, NULL);
+        (void)gyrfalcon_resume(&law, &kept, NULL);
     }
 }
 
@@ -132,7 +143,7 @@ static void fly(control_t *control, const setpoint_t *setpoint, const sensorData
     };
     face(&reference, setpoint, state);
     gyrfalcon_output output = {.struct_size = sizeof output};
-    result = gyrfalcon_step(&controller, &vehicle, &reference, &output);
+    result = gyrfalcon_step(&law, &vehicle, &reference, &output);
     status = output.status;
     control->controlMode = controlModeForceTorque;
     control->thrustSi = output.thrust;
@@ -140,35 +151,36 @@ static void fly(control_t *control, const setpoint_t *setpoint, const sensorData
     control->torqueY = output.torque_body.y;
     control->torqueZ = output.torque_body.z;
     gyrfalcon_estimates estimates = {.struct_size = sizeof estimates};
-    (void)gyrfalcon_get_estimates(&controller, &estimates);
+    (void)gyrfalcon_get_estimates(&law, &estimates);
     inverse_mass = estimates.inverse_mass;
     steps++;
 }
 
 void appMain(void) {
-    DEBUG_PRINT("interface %u\n", (unsigned)gyrfalcon_abi_version());
+    config = (gyrfalcon_config)GYRFALCON_CRAZYFLIE_GAINS;
+    prepare();
     while (1) {
-        vTaskDelay(M2T(2000));
+        vTaskDelay(M2T(100));
+        if (apply != 0 && !waiting) {
+            apply = 0;
+            prepare();
+        }
     }
 }
 
 void controllerOutOfTreeInit(void) {
-    config = (gyrfalcon_config)GYRFALCON_CRAZYFLIE_GAINS;
-    ready = false;
     flying = false;
-    configure();
     controllerPidInit();
 }
 
 bool controllerOutOfTreeTest(void) {
-    return ready && gyrfalcon_abi_version() == GYRFALCON_ABI_VERSION && controllerPidTest();
+    return gyrfalcon_abi_version() == GYRFALCON_ABI_VERSION && controllerPidTest();
 }
 
 void controllerOutOfTree(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors,
                          const state_t *state, const stabilizerStep_t stabilizerStep) {
-    if (apply != 0) {
-        apply = 0;
-        configure();
+    if (waiting) {
+        take_over();
     }
     const setpoint_mode_t *mode = &setpoint->mode;
     bool position = mode->x == modeAbs && mode->y == modeAbs && mode->z == modeAbs;
@@ -190,7 +202,7 @@ void controllerOutOfTree(control_t *control, const setpoint_t *setpoint, const s
 
 /* Gains and bounds: change them, then set `apply` to 1. */
 PARAM_GROUP_START(gyrfalcon)
-PARAM_ADD(PARAM_UINT8, apply, &apply)
+PARAM_ADD(PARAM_UINT8, apply, (uint8_t *)&apply)
 PARAM_ADD(PARAM_FLOAT, accMax, &config.reference_acceleration_max)
 PARAM_ADD(PARAM_FLOAT, massLo, &config.uncertainty.mass.lower)
 PARAM_ADD(PARAM_FLOAT, massHi, &config.uncertainty.mass.upper)
