@@ -9,8 +9,23 @@ use super::tests::SANITIZERS;
 use crate::shell::{command, output, run};
 
 const CRAZYFLIE: &str = "integrations/crazyflie";
+const PX4: &str = "integrations/px4";
 /// Options of the app's compilation, as strict as the firmware's.
 const STRICT: [&str; 6] = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-Wdouble-promotion", "-g"];
+/// The same for C++, without what PX4 does without.
+const STRICT_CPP: [&str; 9] = [
+    "-std=c++14",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+    "-Wdouble-promotion",
+    "-Wshadow",
+    "-fno-exceptions",
+    "-fno-rtti",
+    "-g",
+];
+/// A processor of PX4's boards.
+const M7: [&str; 5] = ["-mcpu=cortex-m7", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv5-d16", "-Os"];
 /// The processor of the Crazyflie 2.x.
 const M4: [&str; 7] = [
     "-mcpu=cortex-m4",
@@ -50,6 +65,28 @@ pub fn crazyflie(prefix: &Path, target: &Library) -> Result<()> {
     println!("crazyflie app with the library, for the target: {flash} B of flash, {ram} B of RAM");
     ensure!(flash <= FLASH_MAX, "{flash} B of flash are more than {FLASH_MAX} B");
     ensure!(ram <= RAM_MAX, "{ram} B of RAM are more than {RAM_MAX} B");
+    Ok(())
+}
+
+/// Tests the module for PX4 on the stubbed platform, and compiles it for the target.
+pub fn px4(prefix: &Path) -> Result<()> {
+    let module = Path::new(PX4).join("src/modules/gyrfalcon_control");
+    let includes = [prefix.join("include"), Path::new(PX4).join("stubs"), module.clone()];
+    let includes: Vec<_> = includes.into_iter().flat_map(|path| ["-I".into(), path]).collect();
+    let sources = ["gyrfalcon_control.cpp", "law.cpp"].map(|source| module.join(source));
+    let program = Path::new(FOLDER).join("px4-module");
+    let mut gcc = command(["g++"]);
+    gcc.args(STRICT_CPP).arg("-O1").args(SANITIZERS).args(&includes).args(&sources);
+    gcc.args(["-I", "ctrl-c/tests/c"]);
+    gcc.args(["module.cpp", "platform.cpp"].map(|source| Path::new(PX4).join("test").join(source)));
+    run(gcc.arg(prefix.join("lib/libgyrfalcon.a")).arg("-o").arg(&program))?;
+    let program = program.to_str().context("a path in UTF-8")?;
+    run(command([program]).arg(module.join("module.yaml")))?;
+    for source in &sources {
+        let mut gcc = command(["arm-none-eabi-g++"]);
+        gcc.args(STRICT_CPP).args(M7).args(&includes).arg("-c").arg(source);
+        run(gcc.arg("-o").arg(Path::new(FOLDER).join("px4-module.o")))?;
+    }
     Ok(())
 }
 

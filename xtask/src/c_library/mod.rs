@@ -32,7 +32,8 @@ pub fn check() -> Result<()> {
     machine::check(&target)?;
     install::install(&library, Path::new(PREFIX))?;
     tests::run_all(Path::new(PREFIX))?;
-    integrations::crazyflie(Path::new(PREFIX), &target)
+    integrations::crazyflie(Path::new(PREFIX), &target)?;
+    integrations::px4(Path::new(PREFIX))
 }
 
 /// Measures the cost of the interface alone, without the other budgets.
