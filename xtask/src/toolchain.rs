@@ -12,7 +12,7 @@ use crate::shell::{command, output, run, succeeds};
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 const COMPONENTS: [&str; 4] = ["llvm-tools", "rust-src", "rustfmt", "clippy"];
 /// Command that succeeds if a program is there, and the Debian package that holds it.
-const PROGRAMS: [(&[&str], &str); 10] = [
+const PROGRAMS: [(&[&str], &str); 13] = [
     (&["qemu-system-arm", "--version"], "qemu-system-arm"),
     (&["valgrind", "--version"], "valgrind"),
     (&["python3", "--version"], "python3"),
@@ -23,10 +23,16 @@ const PROGRAMS: [(&[&str], &str); 10] = [
     (&["pkg-config", "--version"], "pkg-config"),
     (&["arm-none-eabi-gcc", "--version"], "gcc-arm-none-eabi"),
     (&["sh", "-c", NEWLIB], "libnewlib-arm-none-eabi"),
+    (&["aarch64-linux-gnu-gcc", "--version"], "gcc-aarch64-linux-gnu"),
+    (&["sh", "-c", LIBC_AARCH64], "libc6-dev-arm64-cross"),
+    (&["qemu-aarch64", "--version"], "qemu-user"),
 ];
 
 /// Succeeds if C sources for the target find the headers of a C library.
 const NEWLIB: &str = "echo '#include <math.h>' | arm-none-eabi-gcc -fsyntax-only -xc -";
+
+/// The same for hosts with an aarch64 processor.
+const LIBC_AARCH64: &str = "echo '#include <math.h>' | aarch64-linux-gnu-gcc -fsyntax-only -xc -";
 
 /// Installs missing programs, or returns an error with the command to do so.
 pub fn set_up() -> Result<()> {

@@ -7,7 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use crate::disassembly::disassemble;
-use crate::shell::{cargo, output, run};
+use crate::shell::{cargo, command, output, run};
 use crate::toolchain::llvm_tool;
 
 /// Folder of everything that is built here.
@@ -140,8 +140,18 @@ fn compile(target: &str) -> Result<PathBuf> {
     // Takes the place of the x86-64-v3 that .cargo/config.toml asks for: other people's programs may run
     // on any x86-64, and the bits are the same.
     let flags = if target.starts_with("x86_64") { "-C target-cpu=x86-64" } else { "" };
+    if !has_core(target)? {
+        // From the toolchain's sources; which is the only unstable thing used.
+        build.args(["-Z", "build-std=core"]).env("RUSTC_BOOTSTRAP", "1");
+    }
     run(build.env("RUSTFLAGS", flags))?;
     Ok([FOLDER, target, "c-library", "libgyrfalcon.a"].iter().collect())
+}
+
+/// `true` if the toolchain has a compiled `core` for `target`.
+fn has_core(target: &str) -> Result<bool> {
+    let path = output(&mut command(["rustc", "--print", "target-libdir", "--target", target]))?;
+    Ok(Path::new(path.trim()).is_dir())
 }
 
 fn exported(archive: &Path) -> Result<Vec<String>> {

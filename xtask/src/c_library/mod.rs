@@ -24,6 +24,10 @@ use crate::toolchain::{TARGET, host};
 /// Prefix into which the checks install the library for this machine.
 const PREFIX: &str = "target/c-library/prefix";
 
+/// The other kind of host, and the prefix of its library.
+const AARCH64: &str = "aarch64-unknown-linux-gnu";
+const AARCH64_PREFIX: &str = "target/c-library/prefix-aarch64";
+
 /// Everything that must hold of the C library.
 pub fn check() -> Result<()> {
     header::check()?;
@@ -31,7 +35,9 @@ pub fn check() -> Result<()> {
     let target = Library::build(TARGET)?;
     machine::check(&target)?;
     install::install(&library, Path::new(PREFIX))?;
-    tests::run_all(Path::new(PREFIX))?;
+    let aarch64 = Path::new(AARCH64_PREFIX);
+    install::install(&Library::build(AARCH64)?, aarch64)?;
+    tests::run_all(Path::new(PREFIX), aarch64)?;
     integrations::crazyflie(Path::new(PREFIX), &target)?;
     integrations::px4(Path::new(PREFIX))
 }

@@ -32,38 +32,43 @@ const VALGRIND: [&str; 5] = [
 
 /// The ways in which a test is built and run.
 const WAYS: [Way; 3] = [
-    Way { name: "plain", compiler: &[], launcher: &[] },
-    Way { name: "sanitized", compiler: &SANITIZERS, launcher: &[] },
-    Way { name: "valgrind", compiler: &[], launcher: &VALGRIND },
+    Way { name: "plain", compiler: &["gcc", "-std=c11"], launcher: &[] },
+    Way {
+        name: "sanitized",
+        compiler: &["gcc", "-std=c11", SANITIZERS[0], SANITIZERS[1]],
+        launcher: &[],
+    },
+    Way { name: "valgrind", compiler: &["gcc", "-std=c11"], launcher: &VALGRIND },
 ];
+/// The other kind of host, emulated.
+const AARCH64: Way = Way {
+    name: "aarch64",
+    compiler: &["aarch64-linux-gnu-gcc", "-std=c11", "-static"],
+    launcher: &["qemu-aarch64"],
+};
+/// The header in C++.
+const CPP: Way = Way { name: "C++", compiler: &["g++", "-std=c++11"], launcher: &[] };
 
 /// One way to build and run a test.
 struct Way {
     name: &'static str,
+    /// The compiler and its options.
     compiler: &'static [&'static str],
+    /// Words in front of the program.
     launcher: &'static [&'static str],
 }
 
-/// Runs all tests against the library installed in `prefix`.
-pub fn run_all(prefix: &Path) -> Result<()> {
+/// Runs all tests against the library installed in `prefix`, and those of the steps against the one for
+/// aarch64 in `aarch64`.
+pub fn run_all(prefix: &Path, aarch64: &Path) -> Result<()> {
     write_samples()?;
     let mut passed = 0;
     for way in &WAYS {
-        println!("{}:", way.name);
-        way.run(prefix, "bad_input.c", &[])?;
-        passed += 1;
-        for controller in CONTROLLERS {
-            for flight in case_names(controller)? {
-                let folder = Path::new(SAMPLES).join(controller).join(flight);
-                let folder = folder.to_str().context("a path in UTF-8")?;
-                way.run(prefix, "recording.c", &[controller, folder])?;
-                passed += 1;
-            }
-        }
+        passed += way.run_each(prefix)?;
     }
+    passed += AARCH64.run_each(aarch64)?;
     detects_other_bits(prefix)?;
-    let header = Way { name: "C++", compiler: &["-std=c++11"], launcher: &[] };
-    header.run(prefix, "header.cpp", &[])?;
+    CPP.run(prefix, "header.cpp", &[])?;
     pages(prefix)?;
     example(prefix)?;
     println!("C library: {} passed, 0 failed", passed + 4);
@@ -71,6 +76,22 @@ pub fn run_all(prefix: &Path) -> Result<()> {
 }
 
 impl Way {
+    /// Bad input and every recorded flight; returns how many ran.
+    fn run_each(&self, prefix: &Path) -> Result<usize> {
+        println!("{}:", self.name);
+        self.run(prefix, "bad_input.c", &[])?;
+        let mut ran = 1;
+        for controller in CONTROLLERS {
+            for flight in case_names(controller)? {
+                let folder = Path::new(SAMPLES).join(controller).join(flight);
+                let folder = folder.to_str().context("a path in UTF-8")?;
+                self.run(prefix, "recording.c", &[controller, folder])?;
+                ran += 1;
+            }
+        }
+        Ok(ran)
+    }
+
     /// Builds one test with the flags that pkg-config gives, and runs it.
     fn run(&self, prefix: &Path, source: &str, arguments: &[&str]) -> Result<()> {
         let program = self.build(prefix, &Path::new(SOURCES).join(source))?;
@@ -82,12 +103,8 @@ impl Way {
     fn build(&self, prefix: &Path, source: &Path) -> Result<PathBuf> {
         let name = source.file_name().context("a file")?.to_string_lossy();
         let program = Path::new(FOLDER).join(format!("{}-{name}.out", self.name));
-        let compiler = if name.ends_with(".cpp") { "g++" } else { "gcc" };
-        let mut gcc = Command::new(compiler);
-        gcc.args(STRICT).args(self.compiler).arg(source).arg("-o").arg(&program);
-        if compiler == "gcc" {
-            gcc.arg("-std=c11");
-        }
+        let mut gcc = command(self.compiler.iter().copied());
+        gcc.args(STRICT).arg(source).arg("-o").arg(&program);
         let flags = pkg_config(prefix)?;
         run(gcc.args(flags.split_whitespace()).arg("-lm"))?;
         Ok(program)
