@@ -89,6 +89,11 @@
 #define GYRFALCON_NAME_SIZE 96
 
 /**
+ * Of a kind that this version of the interface does not name: `source` tells.
+ */
+#define GYRFALCON_BOUND_OTHER 0
+
+/**
  * Finite.
  */
 #define GYRFALCON_BOUND_FINITE 1

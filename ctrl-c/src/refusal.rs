@@ -13,6 +13,8 @@ pub const GYRFALCON_NAME_SIZE: usize = 96;
 
 /// Kinds of bounds.
 pub mod bound {
+    /// Of a kind that this version of the interface does not name: `source` tells.
+    pub const GYRFALCON_BOUND_OTHER: u32 = 0;
     /// Finite.
     pub const GYRFALCON_BOUND_FINITE: u32 = 1;
     /// Finite and above zero.
@@ -75,6 +77,7 @@ impl GyrfalconRefusal {
             Bound::AtMost(limit) => (GYRFALCON_BOUND_AT_MOST, f32::NEG_INFINITY, limit),
             Bound::AtLeast(limit) => (GYRFALCON_BOUND_AT_LEAST, limit, f32::INFINITY),
             Bound::Inside(lower, upper) => (GYRFALCON_BOUND_INSIDE, lower, upper),
+            _ => (GYRFALCON_BOUND_OTHER, f32::NEG_INFINITY, f32::INFINITY),
         };
         (self.bound, self.value, self.lower, self.upper) = (kind, error.value, lower, upper);
         copy(error.parameter, &mut self.parameter);

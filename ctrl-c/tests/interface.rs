@@ -5,7 +5,7 @@ use std::ffi::CStr;
 use std::ptr::null_mut;
 
 use ctrl_core::controller::{AdaptiveController, ControllerConfig, TrackingController};
-use ctrl_core::error::Condition;
+use ctrl_core::error::{Bound, Condition};
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
@@ -113,7 +113,7 @@ fn steps_have_the_bits_of_the_core() {
 }
 
 #[test]
-fn every_text_of_a_refusal_fits_with_its_closing_zero() {
+fn every_refusal_fits_and_has_a_bound_that_the_header_names() {
     let mut conditions = 0;
     let mut see = |condition: &Condition| {
         conditions += 1;
@@ -121,6 +121,17 @@ fn every_text_of_a_refusal_fits_with_its_closing_zero() {
             assert!(text.len() < GYRFALCON_NAME_SIZE, "{text} has {} bytes", text.len());
             assert!(text.is_ascii(), "{text}");
         }
+        let named = matches!(
+            condition.bound,
+            Bound::Finite
+                | Bound::Positive
+                | Bound::NotNegative
+                | Bound::Below(_)
+                | Bound::AtMost(_)
+                | Bound::AtLeast(_)
+                | Bound::Inside(..)
+        );
+        assert!(named, "{}: a bound that the header does not name", condition.parameter);
     };
     for config in configs() {
         match config {
