@@ -324,6 +324,28 @@ typedef struct {
 } gyrfalcon_cascade;
 
 /**
+ * Integral action against disturbances that last; all zero: none.
+ */
+typedef struct {
+    /**
+     * Bound of each horizontal component of the lasting disturbance acceleration (m/s^2).
+     */
+    float acceleration_max;
+    /**
+     * Gain of its estimate (m/s^2).
+     */
+    float gamma_d;
+    /**
+     * Bound of each component of the lasting disturbance torque (N m).
+     */
+    float torque_max;
+    /**
+     * Gain of its estimate: of controller 1 (N m), of controller 2 (1/s^2).
+     */
+    float gamma_t;
+} GyrfalconIntegral;
+
+/**
  * Configuration of either controller.
  */
 typedef struct {
@@ -383,6 +405,10 @@ typedef struct {
      * Adaptation gain of the gyroscopic ratios; zero switches it off; controller 2 only.
      */
     float gamma3;
+    /**
+     * Integral action against lasting disturbances.
+     */
+    GyrfalconIntegral integral;
 } gyrfalcon_config;
 
 /**
@@ -620,6 +646,18 @@ typedef struct {
      * Auxiliary rate (rad/s), controller 2.
      */
     gyrfalcon_vector auxiliary_rate;
+    /**
+     * Estimate of the lasting disturbance acceleration, horizontal (m/s^2).
+     */
+    gyrfalcon_vector lasting_acceleration;
+    /**
+     * Estimate of the lasting disturbance torque (N m), controller 1.
+     */
+    gyrfalcon_vector lasting_torque;
+    /**
+     * Its quotient by the moments of inertia (rad/s^2), controller 2.
+     */
+    gyrfalcon_vector lasting_angular_acceleration;
 } gyrfalcon_checkpoint;
 
 #ifdef __cplusplus

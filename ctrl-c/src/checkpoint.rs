@@ -1,7 +1,9 @@
 //! Point of resumption: a vehicle starts with the estimates of its last flight.
 
 use ctrl_core::config::Checkpoint;
-use ctrl_core::controller::{AdaptiveController, AnyController, AnyControllerState, Auxiliary};
+use ctrl_core::controller::{
+    AdaptiveController, AnyController, AnyControllerState, Auxiliary, LastingEstimates,
+};
 use ctrl_core::error::ConfigError;
 
 use crate::access::{self, Sized32};
@@ -31,6 +33,12 @@ pub struct GyrfalconCheckpoint {
     pub auxiliary_attitude: GyrfalconQuaternion,
     /// Auxiliary rate (rad/s), controller 2.
     pub auxiliary_rate: GyrfalconVector,
+    /// Estimate of the lasting disturbance acceleration, horizontal (m/s^2).
+    pub lasting_acceleration: GyrfalconVector,
+    /// Estimate of the lasting disturbance torque (N m), controller 1.
+    pub lasting_torque: GyrfalconVector,
+    /// Its quotient by the moments of inertia (rad/s^2), controller 2.
+    pub lasting_angular_acceleration: GyrfalconVector,
 }
 
 impl Sized32 for GyrfalconCheckpoint {}
@@ -46,6 +54,11 @@ impl From<&GyrfalconCheckpoint> for Checkpoint {
             auxiliary: Auxiliary {
                 attitude: checkpoint.auxiliary_attitude.into(),
                 rate: checkpoint.auxiliary_rate.into(),
+            },
+            lasting: LastingEstimates {
+                acceleration_world: checkpoint.lasting_acceleration.into(),
+                torque_body: checkpoint.lasting_torque.into(),
+                angular_acceleration_body: checkpoint.lasting_angular_acceleration.into(),
             },
         }
     }
@@ -81,6 +94,7 @@ pub unsafe extern "C" fn gyrfalcon_get_checkpoint(
     code_of(both.map(|(content, checkpoint)| {
         let estimates = content.controller.estimates(&content.state);
         let auxiliary = content.controller.auxiliary(&content.state);
+        let lasting = content.controller.lasting(&content.state);
         *checkpoint = GyrfalconCheckpoint {
             struct_size: GyrfalconCheckpoint::SIZE,
             elapsed: content.elapsed(),
@@ -90,6 +104,9 @@ pub unsafe extern "C" fn gyrfalcon_get_checkpoint(
             gyroscopic_ratio: estimates.gyroscopic_ratio.into(),
             auxiliary_attitude: auxiliary.attitude.into(),
             auxiliary_rate: auxiliary.rate.into(),
+            lasting_acceleration: lasting.acceleration_world.into(),
+            lasting_torque: lasting.torque_body.into(),
+            lasting_angular_acceleration: lasting.angular_acceleration_body.into(),
         };
     }))
 }

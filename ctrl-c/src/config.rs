@@ -1,6 +1,6 @@
 //! Configuration of either controller as one C struct, with the names of the Rust configuration.
 
-use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::ControllerConfig;
 use ctrl_core::vehicle::{InitialEstimate, Uncertainty};
 
@@ -65,6 +65,20 @@ pub struct GyrfalconCascade {
     pub delta_min_rotation: f32,
 }
 
+/// Integral action against disturbances that last; all zero: none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct GyrfalconIntegral {
+    /// Bound of each horizontal component of the lasting disturbance acceleration (m/s^2).
+    pub acceleration_max: f32,
+    /// Gain of its estimate (m/s^2).
+    pub gamma_d: f32,
+    /// Bound of each component of the lasting disturbance torque (N m).
+    pub torque_max: f32,
+    /// Gain of its estimate: of controller 1 (N m), of controller 2 (1/s^2).
+    pub gamma_t: f32,
+}
+
 /// Configuration of either controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
@@ -97,6 +111,8 @@ pub struct GyrfalconConfig {
     pub k5: f32,
     /// Adaptation gain of the gyroscopic ratios; zero switches it off; controller 2 only.
     pub gamma3: f32,
+    /// Integral action against lasting disturbances.
+    pub integral: GyrfalconIntegral,
 }
 
 impl Sized32 for GyrfalconConfig {}
@@ -135,6 +151,17 @@ impl From<GyrfalconCascade> for CascadeGains {
     }
 }
 
+impl From<GyrfalconIntegral> for IntegralAction {
+    fn from(integral: GyrfalconIntegral) -> Self {
+        Self {
+            acceleration_max: integral.acceleration_max,
+            gamma_d: integral.gamma_d,
+            torque_max: integral.torque_max,
+            gamma_t: integral.gamma_t,
+        }
+    }
+}
+
 /// The core's configuration; the error is the result code of another version or an unknown kind.
 impl TryFrom<GyrfalconConfig> for ControllerConfig {
     type Error = i32;
@@ -160,6 +187,7 @@ impl GyrfalconConfig {
                     cascade: self.cascade.into(),
                     k4: self.k4,
                     gamma2: self.gamma2,
+                    integral: self.integral.into(),
                 }))
             }
             GYRFALCON_SATURATED => Ok(ControllerConfig::Saturated(SaturatedConfig {
@@ -174,6 +202,7 @@ impl GyrfalconConfig {
                 k5: self.k5,
                 gamma2: self.gamma2,
                 gamma3: self.gamma3,
+                integral: self.integral.into(),
             })),
             _ => Err(Failure(GYRFALCON_UNKNOWN_KIND)),
         }
@@ -184,6 +213,7 @@ impl GyrfalconConfig {
 impl From<&ControllerConfig> for GyrfalconConfig {
     fn from(config: &ControllerConfig) -> Self {
         let (known, initial, gains) = (config.uncertainty(), config.initial(), config.cascade());
+        let integral = config.integral();
         let shared = Self {
             struct_size: Self::SIZE,
             abi_version: GYRFALCON_ABI_VERSION,
@@ -210,6 +240,12 @@ impl From<&ControllerConfig> for GyrfalconConfig {
                 delta_1: gains.delta_1,
                 delta_min_translation: gains.delta_min_translation,
                 delta_min_rotation: gains.delta_min_rotation,
+            },
+            integral: GyrfalconIntegral {
+                acceleration_max: integral.acceleration_max,
+                gamma_d: integral.gamma_d,
+                torque_max: integral.torque_max,
+                gamma_t: integral.gamma_t,
             },
             ..Self::default()
         };

@@ -49,6 +49,7 @@ fn configs() -> [ControllerConfig; 2] {
         torque_max: 0.05,
         k5: 0.5,
         gamma3: 0.01,
+        integral: GyrfalconIntegral::default(),
     };
     let first = GyrfalconConfig { kind: GYRFALCON_ROBUST_ADAPTIVE, k4: 0.5, ..config };
     [first, config]
