@@ -199,6 +199,11 @@
 #define GYRFALCON_STATUS_AUXILIARY_CLIPPED 2048
 
 /**
+ * An estimate of the integral action is on the border of its set.
+ */
+#define GYRFALCON_STATUS_LASTING_PROJECTED 4096
+
+/**
  * A controller with its state. The caller provides the memory, set to zero before first use, and
  * leaves its content to the library; a copy of it is another controller in the same state.
  */

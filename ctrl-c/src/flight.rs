@@ -40,6 +40,8 @@ pub mod status {
     pub const GYRFALCON_STATUS_SIGN_FLIPPED: u32 = 1024;
     /// The auxiliary rate of controller 2 was clipped to what a step can integrate.
     pub const GYRFALCON_STATUS_AUXILIARY_CLIPPED: u32 = 2048;
+    /// An estimate of the integral action is on the border of its set.
+    pub const GYRFALCON_STATUS_LASTING_PROJECTED: u32 = 4096;
 }
 
 /// Result of one step.
@@ -274,6 +276,7 @@ mod tests {
             (GYRFALCON_STATUS_INERTIA_PROJECTED, StepStatus::INERTIA_PROJECTED),
             (GYRFALCON_STATUS_SIGN_FLIPPED, StepStatus::SIGN_FLIPPED),
             (GYRFALCON_STATUS_AUXILIARY_CLIPPED, StepStatus::AUXILIARY_CLIPPED),
+            (GYRFALCON_STATUS_LASTING_PROJECTED, StepStatus::LASTING_PROJECTED),
         ];
         assert_eq!(bits.len(), StepStatus::all().iter().count());
         for (own, core) in bits {
