@@ -32,7 +32,7 @@ fn objection(name: &str) -> Option<&'static str> {
 }
 
 /// Faults of the machine code that one controller's step can reach.
-fn faults(graph: &CallGraph, sources: &Sources) -> Result<Vec<String>> {
+pub fn faults(graph: &CallGraph, sources: &Sources) -> Result<Vec<String>> {
     let (mut faults, mut roots) = (Vec::new(), 0);
     for node in graph.nodes() {
         let name = &node.function.name;

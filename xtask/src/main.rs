@@ -1,6 +1,7 @@
 //! `cargo xtask`: the project's checks and measurements, from any folder of the repository.
 
 mod budgets;
+mod c_library;
 mod call_graph;
 mod checks;
 mod cycles;
@@ -36,6 +37,10 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   budgets [--accept]
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
                 limits to what was measured
+  c-library [header | cost | install PREFIX [TARGET]]
+                build the C library and check it, from the header to tests in C; `header` generates the
+                header anew, `cost` measures the step through it, `install` builds for TARGET (this
+                machine's unless given) and installs
   firmware      flash, static RAM and worst-case stack of the firmware's image alone
   profile CONTROLLER [FLIGHT [ROWS]]
                 instructions of a step by function; CONTROLLER is robust-adaptive or saturated,
@@ -67,6 +72,11 @@ fn run() -> Result<()> {
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),
         ["firmware"] => budgets::print_firmware(),
+        ["c-library"] => c_library::check(),
+        ["c-library", "cost"] => c_library::print_cost(),
+        ["c-library", "header"] => c_library::write_header(),
+        ["c-library", "install", prefix] => c_library::install(prefix, None),
+        ["c-library", "install", prefix, target] => c_library::install(prefix, Some(target)),
         ["profile", controller] => profile::run(controller, "paper", 40),
         ["profile", controller, flight] => profile::run(controller, flight, 40),
         ["profile", controller, flight, rows] => {

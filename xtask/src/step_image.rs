@@ -26,8 +26,19 @@ const FOLDER: &str = "target/step-image";
 /// Builds the images and QEMU's counting plugin.
 pub fn build() -> Result<()> {
     run(&mut cargo(["build", "--release", "--quiet", "-p", "insn-count"]))?;
-    run(cargo(["build", "--release", "--quiet", "-p", "step-image", "--bins"])
+    build_images(&["--bins"])
+}
+
+/// Builds the images behind the C interface.
+pub fn build_c_interface() -> Result<()> {
+    let bins = ["--bin", "step-c-robust-adaptive", "--bin", "step-c-saturated"];
+    build_images(&[&["--features", "c-interface"], &bins[..]].concat())
+}
+
+fn build_images(selection: &[&str]) -> Result<()> {
+    run(cargo(["build", "--release", "--quiet", "-p", "step-image"])
         .args(["--target", TARGET, "--target-dir", FOLDER])
+        .args(selection)
         // -Z emit-stack-sizes is the only unstable thing used; it changes no code.
         .env("RUSTC_BOOTSTRAP", "1")
         .env("RUSTFLAGS", FLAGS)
@@ -47,18 +58,25 @@ pub struct StepImage {
     pub image: Image,
     /// All instructions.
     pub listing: Listing,
-    /// The step and all it can reach.
+    /// The measured function and all it can reach.
     pub graph: CallGraph,
+    /// Name of the measured function.
+    pub root: &'static str,
 }
 
 impl StepImage {
     /// Opens the built image of one controller.
     pub fn open(controller: &str) -> Result<Self> {
-        let path = path(controller);
+        Self::open_at(controller, STEP)
+    }
+
+    /// Opens a built image, to measure its function `root`.
+    pub fn open_at(name: &str, root: &'static str) -> Result<Self> {
+        let path = path(name);
         let image = Image::read(&path)?;
         let listing = disassembly::disassemble(&path)?;
-        let graph = CallGraph::walk(&image, &listing, STEP)?;
-        Ok(Self { path, image, listing, graph })
+        let graph = CallGraph::walk(&image, &listing, root)?;
+        Ok(Self { path, image, listing, graph, root })
     }
 
     /// Flies the image through `folder/step-input.bin`.
@@ -69,7 +87,7 @@ impl StepImage {
         let plugin = path(Path::new("target/release/libinsn_count.so"))?;
         let image = path(&self.path)?;
         let mut arguments = format!("{},out=counts.txt", plugin.display());
-        arguments += &format!(",entry={:#x}", self.image.named(STEP)?.range.start);
+        arguments += &format!(",entry={:#x}", self.image.named(self.root)?.range.start);
         for node in self.graph.nodes() {
             let range = &node.function.range;
             arguments += &format!(",range={:#x}-{:#x}", range.start, range.end);
