@@ -13,9 +13,10 @@ from . import _core, processor
 
 processor.check(_core.processor_extensions())
 
-from ._core import Controller, Scenario, StepOutput, __version__, built_in_scenarios
+from ._core import Controller, Scenario, StepOutput, Tick, __version__, built_in_scenarios
 from .errors import ConfigError, GyrfalconError, ScenarioError
 from .flight import Flight, run
+from .monitor import Monitor
 from .quantity import QUANTITIES, Quantity
 from .status import Status
 from .verdict import Verdict, Verdicts
@@ -26,11 +27,13 @@ __all__ = [
     "Controller",
     "Flight",
     "GyrfalconError",
+    "Monitor",
     "Quantity",
     "Scenario",
     "ScenarioError",
     "Status",
     "StepOutput",
+    "Tick",
     "Verdict",
     "Verdicts",
     "__version__",

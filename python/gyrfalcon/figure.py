@@ -57,7 +57,7 @@ def draw(panel: Axes, flight: Flight, name: str, *, label: str | None = None, **
     values = flight[name].reshape(len(flight["time"]), -1)
     for i, suffix in enumerate(quantity.suffixes):
         time, drawn = thinned(flight["time"], values[:, i])
-        style = {"color": COLOURS[i % len(COLOURS)], "linewidth": 1.0} | line
+        style: dict[str, Any] = {"color": COLOURS[i % len(COLOURS)], "linewidth": 1.0} | line
         component = suffix.removeprefix("_")
         shown = " ".join(filter(None, (label, component)))
         panel.plot(time, drawn, label=shown or None, **style)

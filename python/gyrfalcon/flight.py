@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import NDArray
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._core import Scenario
+from ._core import Scenario, StepOutput
+from .monitor import Monitor
 from .quantity import QUANTITIES
 from .verdict import Verdict, Verdicts
 
@@ -101,10 +103,24 @@ class Flight(Mapping[str, Column]):
         return f"Flight({self.scenario.name!r}, {self.scenario.duration:g} s, {rows} rows, {result})"
 
 
+Law = Callable[[float, NDArray[np.float32], NDArray[np.float32]], ArrayLike | StepOutput]
+"""A controller: from time (s), state (13,) and reference (24,) to thrust (N) and torque (N m, body), (4,)."""
+
+Plant = Callable[[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], ArrayLike]
+"""A vehicle: from state (13,), wrench (4,) and disturbance (6,) to the state one step period later, (13,)."""
+
+Disturbance = Callable[[float, NDArray[np.float64]], ArrayLike]
+"""A disturbance: from time (s) and state (13,) to acceleration (m/s^2, world) and torque (N m, body), (6,)."""
+
+
 def run(
     scenario: Scenario | str | os.PathLike[str],
     *,
     every: int = 1,
+    controller: Law | None = None,
+    plant: Plant | None = None,
+    disturbance: Disturbance | None = None,
+    monitors: Sequence[Monitor] = (),
     progress: Callable[[int, int], object] | None = None,
 ) -> Flight:
     """Flies a scenario before every monitor and keeps its columns in memory.
@@ -112,16 +128,32 @@ def run(
     Args:
         scenario: a Scenario, the name of a built-in one, or a path.
         every: control ticks per row of the columns; the monitors see every tick.
+        controller: `(time, state, reference) -> wrench` in place of the scenario's controller. The monitors
+            of the theorems need a law of the paper and are left out.
+        plant: `(state, wrench, disturbance) -> state` one step period later, in place of the vehicle. The
+            monitors go on to take the vehicle of the scenario for the true one.
+        disturbance: `(time, state) -> (acceleration, torque)` in place of the scenario's.
+        monitors: monitors beside the built-in ones.
         progress: called with the ticks flown and the ticks in all, every 5,000 ticks.
 
-    Runs without the interpreter's lock; KeyboardInterrupt ends it within milliseconds.
+    States are position (m), velocity (m/s), attitude w x y z, rate (rad/s, body). A controller receives
+    float32, plant and disturbance receive float64. Results must be finite.
+
+    Without callables the flight runs without the interpreter's lock, and KeyboardInterrupt ends it within
+    milliseconds. An exception of a callable ends it at its tick.
 
     Raises:
         ScenarioError: with file, line, key and bound.
     """
     scenario = opened(scenario)
-    record = _core.run(scenario, every=every, progress=progress)
+    record = _core.run(
+        scenario,
+        every=every,
+        controller=controller,
+        plant=plant,
+        disturbance=disturbance,
+        monitors=list(monitors),
+        progress=progress,
+    )
     verdicts = Verdicts(Verdict(*row) for row in record.verdicts)
     return Flight(scenario, record.columns, verdicts)
-
-

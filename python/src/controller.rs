@@ -15,10 +15,10 @@ use crate::arrays::{self, Singles, quaternion, vector};
 use crate::errors;
 use crate::scenario::Scenario;
 
-/// Output of a step.
+/// Output of one step of a controller: wrench, torque demand and status.
 #[pyclass(frozen, module = "gyrfalcon")]
 pub struct StepOutput {
-    output: ctrl_core::controller::StepOutput,
+    pub output: ctrl_core::controller::StepOutput,
 }
 
 #[pymethods]

@@ -3,6 +3,7 @@
 //! `gyrfalcon/_core.pyi` declares every name for type checkers.
 
 mod arrays;
+mod callable;
 mod controller;
 mod errors;
 mod quantities;
@@ -17,6 +18,8 @@ use pyo3::prelude::*;
 mod _core {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::callable::Tick;
     #[pymodule_export]
     use crate::controller::{Controller, StepOutput};
     #[pymodule_export]

@@ -104,7 +104,12 @@ def test_other_threads_run_during_a_flight() -> None:
 
     done = threading.Event()
     scenario = Scenario.builtin("lemniscate").set({"duration": 400.0})
-    thread = threading.Thread(target=lambda: (gyrfalcon.run(scenario, every=1000), done.set()))
+
+    def fly() -> None:
+        gyrfalcon.run(scenario, every=1000)
+        done.set()
+
+    thread = threading.Thread(target=fly)
     thread.start()
     count = 0
     while not done.is_set():

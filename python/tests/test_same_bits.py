@@ -14,8 +14,8 @@ import pytest
 def traced(program: Path, folder: Path, scenario: str, changes: list[str]) -> dict[str, list[str]]:
     """Columns of the program's trace as text."""
     options = [word for change in changes for word in ("--set", change)]
-    command = [program, "run", scenario, "--quiet", "--trace-every", "1", "--out", folder, *options]
-    status = subprocess.run(command, check=False, stdout=subprocess.DEVNULL).returncode
+    command = [str(program), "run", scenario, "--quiet", "--trace-every", "1", "--out", str(folder)]
+    status = subprocess.run(command + options, check=False, stdout=subprocess.DEVNULL).returncode
     assert status in (0, 1), "1: a flight that ends before it has settled violates a guarantee"
     with (folder / scenario / "trace.csv").open() as file:
         rows = list(csv.reader(file))

@@ -60,7 +60,6 @@ def test_a_fault_in_a_file_names_file_line_key_and_bound(tmp_path: Path) -> None
         ("vehicle.mass", float("nan"), "positive"),
         ("initial.tilt_deg", 200.0, "in [0, 180] deg"),
         ("controller.saturated.torque_max", 0.0, "positive"),
-        ("controller.saturated.cascade.M1", 9.0, "below 9.81"),
         ("vehicle.mas", 1.0, None),
         ("duration", "long", None),
     ],
@@ -73,9 +72,16 @@ def test_a_refused_change_names_key_change_and_bound(
     error = caught.value
     assert error.file is None and error.line is None
     assert error.change is not None and error.change.startswith(f"{path}=")
-    if bound is not None and path != "controller.saturated.cascade.M1":
+    if bound is not None:
         assert (error.key, error.bound) == (path, bound)
     assert isinstance(error, ValueError)
+
+
+def test_an_inequality_of_several_values_names_their_table_and_its_bound() -> None:
+    with pytest.raises(ScenarioError, match="m_hi") as caught:
+        Scenario.builtin("paper-saturated").set({"controller.saturated.cascade.M1": 9.0})
+    assert (caught.value.key, caught.value.bound) == ("controller.saturated", "at most 12")
+    assert caught.value.file == "paper-saturated" and caught.value.line == 37
 
 
 def test_a_misspelt_name_gets_the_nearest_one() -> None:
