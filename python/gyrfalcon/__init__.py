@@ -13,8 +13,20 @@ from . import _core, processor
 
 processor.check(_core.processor_extensions())
 
-from ._core import Controller, Scenario, StepOutput, Tick, __version__, built_in_scenarios
-from .errors import ConfigError, GyrfalconError, ScenarioError
+from ._core import (
+    BatchController,
+    BatchFlight,
+    BatchVehicle,
+    Controller,
+    Scenario,
+    StepOutput,
+    Tick,
+    __version__,
+    built_in_campaigns,
+    built_in_scenarios,
+)
+from .campaigns import CampaignResult, Proposal, campaign, merge, tune
+from .errors import CampaignError, ConfigError, GyrfalconError, InfeasibleError, ScenarioError
 from .flight import Flight, run
 from .monitor import Monitor
 from .quantity import QUANTITIES, Quantity
@@ -23,11 +35,18 @@ from .verdict import Verdict, Verdicts
 
 __all__ = [
     "QUANTITIES",
+    "BatchController",
+    "BatchFlight",
+    "BatchVehicle",
+    "CampaignError",
+    "CampaignResult",
     "ConfigError",
     "Controller",
     "Flight",
     "GyrfalconError",
+    "InfeasibleError",
     "Monitor",
+    "Proposal",
     "Quantity",
     "Scenario",
     "ScenarioError",
@@ -37,6 +56,10 @@ __all__ = [
     "Verdict",
     "Verdicts",
     "__version__",
+    "built_in_campaigns",
     "built_in_scenarios",
+    "campaign",
+    "merge",
     "run",
+    "tune",
 ]

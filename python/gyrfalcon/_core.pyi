@@ -1,7 +1,7 @@
 """Types of the native part; `docs/how-to/python.md` is the guide."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -97,6 +97,97 @@ class Tick:
     @property
     def time(self) -> float: ...
 
+@final
+class BatchController:
+    def __new__(
+        cls, config: Scenario | Mapping[str, Any], count: int, *, threads: int | None = None
+    ) -> BatchController: ...
+    def __len__(self) -> int: ...
+    def step(
+        self, states: _Singles, references: _Singles, *, out: _Singles | None = None
+    ) -> _Singles: ...
+    def reset(self, lanes: Sequence[int] | None = None) -> None: ...
+    @property
+    def status(self) -> NDArray[np.uint16]: ...
+
+@final
+class BatchFlight:
+    def __new__(
+        cls,
+        scenarios: Scenario | Sequence[Scenario],
+        *,
+        seeds: Iterable[int] | None = None,
+        threads: int | None = None,
+    ) -> BatchFlight: ...
+    def __len__(self) -> int: ...
+    def advance(self, ticks: int = 1, *, out: _Singles | None = None) -> _Singles: ...
+    def states(self, *, out: _Singles | None = None) -> _Singles: ...
+    def references(self, *, out: _Singles | None = None) -> _Singles: ...
+    def replace(self, lane: int, scenario: Scenario) -> None: ...
+    @property
+    def ticks(self) -> NDArray[np.uint64]: ...
+
+@final
+class BatchVehicle:
+    def __new__(
+        cls,
+        scenarios: Scenario | Sequence[Scenario],
+        *,
+        seeds: Iterable[int] | None = None,
+        threads: int | None = None,
+    ) -> BatchVehicle: ...
+    def __len__(self) -> int: ...
+    def step(
+        self, wrenches: _Singles, ticks: int = 1, *, out: _Singles | None = None
+    ) -> _Singles: ...
+    def states(self, *, out: _Singles | None = None) -> _Singles: ...
+    def references(self, *, out: _Singles | None = None) -> _Singles: ...
+    def replace(self, lane: int, scenario: Scenario) -> None: ...
+    @property
+    def ticks(self) -> NDArray[np.uint64]: ...
+
+@final
+class Campaign:
+    @staticmethod
+    def open(
+        name: str, changes: Sequence[str], runs: int | None = None, first_seed: int | None = None
+    ) -> Campaign: ...
+    @staticmethod
+    def parse(
+        text: str, changes: Sequence[str], runs: int | None = None, first_seed: int | None = None
+    ) -> Campaign: ...
+    def to_toml(self) -> str: ...
+    def fly(
+        self,
+        out: str | os.PathLike[str],
+        *,
+        shard: str = "1/1",
+        threads: int | None = None,
+        restart: bool = False,
+        progress: Callable[[int, int], object] | None = None,
+    ) -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def runs(self) -> int: ...
+
+def merge_shards(
+    directories: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str]
+) -> str: ...
+def built_in_campaigns() -> list[str]: ...
+def toml_value(value: Any) -> str: ...
+def tune_gains(
+    vehicle: str,
+    *,
+    position_bandwidth: float | None = None,
+    attitude_bandwidth: float | None = None,
+    damping: float | None = None,
+    margin: float | None = None,
+    position_range: float | None = None,
+    attitude_range: float | None = None,
+    fly_check: bool = True,
+    progress: Callable[[int, int], object] | None = None,
+) -> tuple[str, str, str]: ...
 def run(
     scenario: Scenario,
     *,
@@ -113,15 +204,23 @@ def status_bits() -> list[tuple[str, int]]: ...
 def processor_extensions() -> list[str]: ...
 
 __all__ = [
+    "BatchController",
+    "BatchFlight",
+    "BatchVehicle",
+    "Campaign",
     "Controller",
     "FlightRecord",
     "Scenario",
     "StepOutput",
     "Tick",
     "__version__",
+    "built_in_campaigns",
     "built_in_scenarios",
+    "merge_shards",
     "processor_extensions",
     "quantities",
     "run",
     "status_bits",
+    "toml_value",
+    "tune_gains",
 ]

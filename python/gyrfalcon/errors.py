@@ -54,3 +54,11 @@ class ConfigError(GyrfalconError, ValueError):
         self.value = value
         self.bound = bound
         self.source = source
+
+
+class CampaignError(GyrfalconError):
+    """A request that does not go together with a campaign, or results that are not what they should be."""
+
+
+class InfeasibleError(GyrfalconError, ValueError):
+    """No gains meet a request; the message names the condition that stands in the way."""

@@ -3,7 +3,9 @@
 //! `gyrfalcon/_core.pyi` declares every name for type checkers.
 
 mod arrays;
+mod batch;
 mod callable;
+mod campaign;
 mod controller;
 mod errors;
 mod quantities;
@@ -19,7 +21,11 @@ mod _core {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use crate::batch::{BatchController, BatchFlight, BatchVehicle};
+    #[pymodule_export]
     use crate::callable::Tick;
+    #[pymodule_export]
+    use crate::campaign::{Campaign, built_in_campaigns, merge_shards, tune_gains};
     #[pymodule_export]
     use crate::controller::{Controller, StepOutput};
     #[pymodule_export]
@@ -29,7 +35,7 @@ mod _core {
     #[pymodule_export]
     use crate::run::{FlightRecord, run};
     #[pymodule_export]
-    use crate::scenario::{Scenario, built_in_scenarios};
+    use crate::scenario::{Scenario, built_in_scenarios, toml_value};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -32,7 +32,8 @@ impl Scenario {
         Ok(Self { loaded, origin: origin.to_owned(), text: text.to_owned(), changes })
     }
 
-    fn trajectory(&self, py: Python<'_>) -> PyResult<AnyTrajectory> {
+    /// Trajectory of the flight.
+    pub fn trajectory(&self, py: Python<'_>) -> PyResult<AnyTrajectory> {
         let scenario = self.loaded.scenario();
         let built = scenario.trajectory.build(scenario.controller.step_period());
         built.map_err(|error| errors::scenario(py, &self.loaded.refusal(&error)))
@@ -198,6 +199,12 @@ impl Scenario {
 #[pyfunction]
 pub fn built_in_scenarios() -> Vec<&'static str> {
     BUILT_IN.iter().map(|it| it.name).collect()
+}
+
+/// A Python value as the text of a TOML value.
+#[pyfunction]
+pub fn toml_value(value: &Bound<'_, PyAny>) -> PyResult<String> {
+    Ok(toml(value)?.to_string())
 }
 
 /// A Python value as TOML.

@@ -1,6 +1,7 @@
 //! The Python package `gyrfalcon`: built as a wheel, installed into clean environments, tested and
 //! type-checked there.
 
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -44,6 +45,13 @@ fn tool(name: &str) -> String {
     folder.join(ENVIRONMENT).join("bin").join(name).display().to_string()
 }
 
+/// The environment's programs before those of the system: maturin looks for `python3 -m ziglang`.
+fn path() -> Result<OsString> {
+    let own = std::env::current_dir()?.join(ENVIRONMENT).join("bin");
+    let others = std::env::var_os("PATH").unwrap_or_default();
+    Ok(std::env::join_paths([own].into_iter().chain(std::env::split_paths(&others)))?)
+}
+
 /// Format and lints of the crate, which is outside the workspace.
 fn lint() -> Result<()> {
     let manifest = "python/Cargo.toml";
@@ -62,7 +70,10 @@ fn build() -> Result<PathBuf> {
     let (maturin, python) = (tool("maturin"), tool("python3"));
     let mut build = command([maturin.as_str(), "build", "--release", "--locked"]);
     build.args(["--interpreter", &python]).arg("--out").arg(out.join(WHEELS));
+    // Zig links against the C library of old distributions.
+    build.args(["--zig", "--compatibility", "manylinux2014"]);
     build.env("RUSTFLAGS", FLAGS).env("CARGO_TARGET_DIR", out.join(TARGET));
+    build.env("PATH", path()?);
     run(build.current_dir(PACKAGE))?;
     let wheels: Vec<_> = fs::read_dir(WHEELS)?.collect::<Result<_, _>>()?;
     ensure!(wheels.len() == 1, "{} wheels in {WHEELS}", wheels.len());
