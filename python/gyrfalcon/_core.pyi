@@ -198,6 +198,9 @@ def run(
     monitors: Sequence[Any] = ...,
     progress: Callable[[int, int], object] | None = None,
 ) -> FlightRecord: ...
+def facing(
+    motion: ArrayLike, yaw: float, yaw_rate: float, yaw_acceleration: float
+) -> _Singles: ...
 def built_in_scenarios() -> list[str]: ...
 def quantities() -> list[tuple[str, str, str, str, list[str]]]: ...
 def status_bits() -> list[tuple[str, int]]: ...
@@ -216,6 +219,7 @@ __all__ = [
     "__version__",
     "built_in_campaigns",
     "built_in_scenarios",
+    "facing",
     "merge_shards",
     "processor_extensions",
     "quantities",

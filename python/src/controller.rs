@@ -5,6 +5,8 @@ use ctrl_core::controller::{
     AdaptiveController, AnyController, AnyControllerState, Auxiliary, ControllerConfig, Estimates,
     Intermediates, StepStatus, TrackingController,
 };
+use ctrl_core::jet::Jet;
+use glam::Vec3;
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -259,4 +261,24 @@ fn named_intermediates<'py>(
     vectors!(inertia_rate, inverse_inertia_rate, gyroscopic_ratio_rate);
     vectors!(auxiliary_attitude_rate, auxiliary_rate_dot);
     Ok(named)
+}
+
+/// Reference, shape (24,), along a motion (15 numbers) with a heading; `gyrfalcon.rotorpy.facing` explains it.
+#[pyfunction]
+pub fn facing<'py>(
+    py: Python<'py>,
+    motion: Singles<'py>,
+    yaw: f32,
+    yaw_rate: f32,
+    yaw_acceleration: f32,
+) -> PyResult<Bound<'py, PyArray1<f32>>> {
+    let motion = arrays::fixed::<f32, 15>(motion.as_array().iter(), "derivatives")?;
+    let mut row = [0.0; arrays::STEADY_REFERENCE];
+    row[..15].copy_from_slice(&motion);
+    let (sine, cosine) = libm::sincosf(yaw);
+    let (forward, left) = (Vec3::new(cosine, sine, 0.0), Vec3::new(-sine, cosine, 0.0));
+    let forward =
+        Jet::new(forward, yaw_rate * left, yaw_acceleration * left - yaw_rate * yaw_rate * forward);
+    let reference = arrays::reference_from(&row).facing(forward);
+    Ok(PyArray1::from_slice(py, &arrays::reference_numbers(&reference)))
 }

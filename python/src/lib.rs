@@ -27,7 +27,7 @@ mod _core {
     #[pymodule_export]
     use crate::campaign::{Campaign, built_in_campaigns, merge_shards, tune_gains};
     #[pymodule_export]
-    use crate::controller::{Controller, StepOutput};
+    use crate::controller::{Controller, StepOutput, facing};
     #[pymodule_export]
     use crate::processor_extensions;
     #[pymodule_export]
