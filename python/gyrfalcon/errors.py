@@ -47,7 +47,13 @@ class ConfigError(GyrfalconError, ValueError):
     """
 
     def __init__(
-        self, message: str, *, parameter: str, value: float, bound: str, source: str
+        self,
+        message: str,
+        *,
+        parameter: str = "",
+        value: float = float("nan"),
+        bound: str = "",
+        source: str = "",
     ) -> None:
         super().__init__(message)
         self.parameter = parameter
