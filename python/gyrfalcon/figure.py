@@ -51,12 +51,22 @@ def panels(flight: Flight, names: Sequence[str]) -> Figure:
     return figure
 
 
-def draw(panel: Axes, flight: Flight, name: str, *, label: str | None = None, **line: Any) -> None:
-    """Draws a quantity over time into `panel`; the components of a vector as lines of their own."""
+def draw(
+    panel: Axes,
+    flight: Flight,
+    name: str,
+    *,
+    until: float | None = None,
+    label: str | None = None,
+    **line: Any,
+) -> None:
+    """Draws a quantity over time, up to `until` (s), into `panel`; the components of a vector as lines."""
     quantity = QUANTITIES[name]
-    values = flight[name].reshape(len(flight["time"]), -1)
+    end = None if until is None else int(np.searchsorted(flight["time"], until))
+    times = flight["time"][:end]
+    values = flight[name][:end].reshape(len(times), -1)
     for i, suffix in enumerate(quantity.suffixes):
-        time, drawn = thinned(flight["time"], values[:, i])
+        time, drawn = thinned(times, values[:, i])
         style: dict[str, Any] = {"color": COLOURS[i % len(COLOURS)], "linewidth": 1.0} | line
         component = suffix.removeprefix("_")
         shown = " ".join(filter(None, (label, component)))

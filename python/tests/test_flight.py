@@ -69,6 +69,23 @@ def test_figures_show_what_was_flown(flight: Flight) -> None:
         flight.plot("speed")
 
 
+def test_a_long_flight_is_drawn_by_its_outline_and_its_start_in_full() -> None:
+    import matplotlib.pyplot as plt
+    from gyrfalcon.figure import ROWS_MAX, draw
+
+    flight = gyrfalcon.run(Scenario.builtin("paper-saturated").set({"duration": 20.0}))
+    _, (whole, start) = plt.subplots(1, 2)
+    draw(whole, flight, "torque")
+    draw(start, flight, "torque", until=2.0)
+    lines = [np.asarray(line.get_ydata()) for line in whole.lines]
+    assert all(len(line) == ROWS_MAX for line in lines)
+    assert [line.max() for line in lines] == flight.torque.max(axis=0).tolist()
+    assert [line.min() for line in lines] == flight.torque.min(axis=0).tolist()
+    drawn = np.asarray(start.lines[0].get_ydata())
+    assert drawn.tolist() == flight.torque[:2000, 0].tolist()
+    plt.close("all")
+
+
 def test_progress_ends_at_the_last_tick() -> None:
     scenario = Scenario.builtin("lemniscate").set({"duration": 12.0})
     seen: list[tuple[int, int]] = []
