@@ -51,6 +51,7 @@ pub enum Mode {
 /// Reason for a change to a safer mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[non_exhaustive]
 pub enum Cause {
     /// Too many periods in a row without a good state sample.
     SamplesMissed,
@@ -79,6 +80,7 @@ pub enum Command {
 /// Reason for the refusal of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[non_exhaustive]
 pub enum Refusal {
     /// Arm first.
     NotArmed,
