@@ -68,7 +68,7 @@ fn build() -> Result<PathBuf> {
     }
     let out = std::env::current_dir()?;
     let (maturin, python) = (tool("maturin"), tool("python3"));
-    let mut build = command([maturin.as_str(), "build", "--release", "--locked"]);
+    let mut build = command([maturin.as_str(), "build", "--release"]);
     build.args(["--interpreter", &python]).arg("--out").arg(out.join(WHEELS));
     // Zig links against the C library of old distributions.
     build.args(["--zig", "--compatibility", "manylinux2014"]);
