@@ -107,6 +107,7 @@ fn test() -> Result<()> {
     let program = std::env::current_dir()?.join(PROGRAM);
     let mut tests = command([tool("python3").as_str(), "-m", "pytest", "--quiet"]);
     // The installed package is tested, not the folder beside the tests.
-    tests.args(["-p", "no:cacheprovider", "--import-mode=importlib", "-c", "python/pyproject.toml"]);
+    tests.args(["-c", "python/pyproject.toml", "-p", "no:cacheprovider"]);
+    tests.arg("--import-mode=importlib");
     run(tests.arg("python/tests").env("GYRFALCON_PROGRAM", program))
 }
