@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 
 use crate::shell::{cargo, run};
 use crate::toolchain::{TARGET, set_up};
-use crate::{budgets, c_library, doc_comments, firmware, fuzz, machine_code, wcet};
+use crate::{budgets, c_library, doc_comments, firmware, fuzz, machine_code, wcet, wheel};
 
 /// One thing that must succeed.
 pub struct Check {
@@ -26,6 +26,7 @@ pub const ALL: &[Check] = &[
     check("firmware images", firmware::build),
     check("tests, both tiers", all_tests),
     check("the paper's flights", paper_flights),
+    check("Python package", wheel::check),
     check("host instructions", host_instructions),
     check("core for the target", core_for_target),
     check("fuzz targets", fuzz::check),

@@ -21,6 +21,7 @@ mod sources;
 mod step_image;
 mod toolchain;
 mod wcet;
+mod wheel;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -33,6 +34,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   setup         install the toolchain's parts, the emulator and the tests' Python packages
   fuzz          a short run of each fuzz target
   machine-code  required and forbidden instructions in the control steps' machine code
+  python        the Python package: its wheel built, installed, tested and type-checked
   wcet          upper bounds on the instructions and cycles of the control steps
   budgets [--accept]
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
@@ -68,6 +70,7 @@ fn run() -> Result<()> {
         ["setup"] => toolchain::set_up(),
         ["fuzz"] => fuzz::check(),
         ["machine-code"] => machine_code::check_all(),
+        ["python"] => wheel::check(),
         ["wcet"] => wcet::check(),
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),
