@@ -17,6 +17,10 @@
 //! Pure: the tick and all conditions are arguments. [`Supervisor::step`] is called once a control
 //! period, before the output, so that the failsafe output takes over in the period of the n-th
 //! miss.
+//!
+//! [`navigation`] chooses the references of a flight that is commanded while it lasts.
+
+pub mod navigation;
 
 use core::fmt;
 
