@@ -490,8 +490,14 @@ impl Navigator {
         self.setpoint = Setpoint { velocity_world: [Some(0.0); 3], ..Setpoint::default() };
     }
 
+    /// The latest reference.
+    #[must_use]
+    pub fn reference(&self) -> Reference {
+        self.shaper.reference(&self.state)
+    }
+
     fn reference_position(&self) -> Vec3 {
-        self.shaper.reference(&self.state).position_world
+        self.reference().position_world
     }
 
     fn fresh_setpoint(&self) -> Option<Setpoint> {
