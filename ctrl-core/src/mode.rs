@@ -364,6 +364,17 @@ impl Supervisor {
         }
     }
 
+    /// Whether an Arm would be accepted now.
+    ///
+    /// # Errors
+    /// The reason why not.
+    pub fn readiness(&self, state: &SupervisorState) -> Result<(), Refusal> {
+        if state.mode == Mode::Locked {
+            return Err(if state.fault { Refusal::Fault } else { Refusal::Locked });
+        }
+        self.ready(state)
+    }
+
     /// Refuses a start from the ground: as [`fresh`](Self::fresh), or tilted.
     fn ready(&self, state: &SupervisorState) -> Result<(), Refusal> {
         self.fresh(state)?;
