@@ -151,8 +151,8 @@ impl Protocol {
         };
         if let Some(state) = view.state {
             let (lat, lon, alt) = self.config.origin.global(state.position_world);
-            // A place that is known without a receiver.
-            data.fix_type = GpsFixType::GPS_FIX_TYPE_STATIC;
+            // Stations know no fix that needs no receiver.
+            data.fix_type = GpsFixType::GPS_FIX_TYPE_3D_FIX;
             data = GPS_RAW_INT_DATA { lat, lon, alt: (alt * 1e3) as i32, ..data };
         }
         self.frame(&data, &[])
