@@ -4,6 +4,7 @@ mod bad_input;
 mod commands;
 mod conversion;
 mod decoding;
+mod documented;
 mod logs;
 mod missions;
 mod parameters;

@@ -34,7 +34,12 @@ pub struct FlyArguments {
     #[arg(long, default_value = "127.0.0.1:14550", value_name = "ADDRESS:PORT")]
     pub udp: Vec<SocketAddr>,
     /// Where ground stations may connect.
-    #[arg(long, default_value = "127.0.0.1:5760", value_name = "ADDRESS:PORT")]
+    #[arg(
+        long,
+        default_value = "127.0.0.1:5760",
+        value_name = "ADDRESS:PORT",
+        overrides_with = "tcp"
+    )]
     pub tcp: SocketAddr,
     /// Number of the system in MAVLink.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=250))]
