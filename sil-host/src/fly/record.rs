@@ -16,6 +16,7 @@ use sim::scenario::Scenario;
 
 use super::vehicle::FlownTick;
 use crate::log::description::Description;
+use crate::log::moment::LoggedStatus;
 use crate::log::{FlightLog, LogOptions};
 use crate::report::FlightReport;
 use crate::trace::TraceWriter;
@@ -190,6 +191,8 @@ impl Recorder {
         tick.time = tick.tick as f64 * period;
         self.ticks = tick.tick + 1;
         self.trace.observe(&tick);
+        let armed = flown.outputs.mode != Mode::Disarmed;
+        self.log.set_mode(LoggedStatus { armed, navigation: flown.navigation });
         self.log.observe(&tick);
         let (thrust, torque, applied, faults) = &mut self.monitors;
         // The bounds are the law's: it does not run on the ground, nor in the failsafe's descent.

@@ -5,7 +5,8 @@ use ctrl_core::controller::{
     Intermediates, TrackingController,
 };
 use ctrl_core::error::ConfigError;
-use ctrl_core::mode::{Mode, navigation::Navigator};
+use ctrl_core::mode::Mode;
+use ctrl_core::mode::navigation::{NavigationMode, Navigator};
 use ctrl_core::trajectory::{HoverConfig, TrajectoryConfig};
 use firmware::exchange::ControlStatus;
 use firmware::flight_control::{FlightControl, Inputs, Outputs};
@@ -38,6 +39,8 @@ pub struct FlownTick {
     pub tick: Tick,
     /// What the control group gave.
     pub outputs: Outputs,
+    /// Mode of the navigation.
+    pub navigation: NavigationMode,
 }
 
 /// A vehicle on the ground or in flight, commanded by a [`Pilot`].
@@ -145,7 +148,7 @@ impl<'m> FlownVehicle<'m> {
             flight_tick: outputs.flight_tick,
             uptime: self.ticks as u32, // wraps, as the firmware's
         };
-        FlownTick { tick, outputs }
+        FlownTick { tick, outputs, navigation: self.pilot.navigator().mode() }
     }
 
     /// Evaluates the law again beside the control group, for its intermediate quantities.
