@@ -1,6 +1,8 @@
 //! Configuration by the user: plain structs with units, checked once by a controller's constructor.
 //!
-//! Gains carry the symbols of `docs/theory.md`; everything else is spelled out.
+//! Gains carry the symbols of `docs/theory.md`; everything else is spelled out. The structs can be
+//! written as literals, and are not `#[non_exhaustive]` on purpose: a gain that was not chosen has no
+//! guarantee, so a new one is an error of the compiler in a dependant, in a release that says so.
 
 use glam::Vec3;
 #[cfg(feature = "serde")]

@@ -5,6 +5,7 @@ use core::fmt;
 
 /// A parameter outside the set in which the guarantees hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ConfigError {
     /// Name of the parameter as in the configuration structs, or the expression of several.
     pub parameter: &'static str,
@@ -18,6 +19,7 @@ pub struct ConfigError {
 
 /// A bound on one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Bound {
     /// Finite.
     Finite,
@@ -52,6 +54,21 @@ impl Bound {
     }
 }
 
+impl Bound {
+    /// Lower and upper end of the values that keep it; an end that is not a number of the bound is the
+    /// largest finite one.
+    #[must_use]
+    pub const fn ends(self) -> (f32, f32) {
+        match self {
+            Self::Finite => (f32::MIN, f32::MAX),
+            Self::Positive | Self::NotNegative => (0.0, f32::MAX),
+            Self::Below(limit) | Self::AtMost(limit) => (f32::MIN, limit),
+            Self::AtLeast(limit) => (limit, f32::MAX),
+            Self::Inside(lower, upper) => (lower, upper),
+        }
+    }
+}
+
 impl fmt::Display for Bound {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -66,6 +83,19 @@ impl fmt::Display for Bound {
     }
 }
 
+impl ConfigError {
+    /// The error of a constructor, of a controller of one's own too.
+    #[must_use]
+    pub const fn new(
+        parameter: &'static str,
+        value: f32,
+        bound: Bound,
+        source: &'static str,
+    ) -> Self {
+        Self { parameter, value, bound, source }
+    }
+}
+
 impl fmt::Display for ConfigError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { parameter, value, bound, source } = self;
@@ -77,6 +107,7 @@ impl core::error::Error for ConfigError {}
 
 /// Condition of a constructor on one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Condition {
     /// Name of the parameter as in the configuration structs, or the expression of several.
     pub parameter: &'static str,

@@ -55,6 +55,7 @@ pub enum Mode {
 /// Reason for a change to a safer mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[non_exhaustive]
 pub enum Cause {
     /// Too many periods in a row without a good state sample.
     SamplesMissed,
@@ -83,6 +84,7 @@ pub enum Command {
 /// Reason for the refusal of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[non_exhaustive]
 pub enum Refusal {
     /// Arm first.
     NotArmed,

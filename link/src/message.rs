@@ -12,7 +12,7 @@ use super::statistics::{GroupHealth, LinkStatistics};
 use super::{GROUPS, NAME_MAX, REGISTERS, TEXT_MAX, VERSION};
 use ctrl_core::allocation::Limited;
 use ctrl_core::controller::{Auxiliary, ControllerConfig, Estimates, StepStatus};
-use ctrl_core::error::{Bound, ConfigError};
+use ctrl_core::error::ConfigError;
 use ctrl_core::mode::{Cause, Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::{CircleConfig, HoverConfig, Leg, LemniscateConfig, RisingCircleConfig};
@@ -257,13 +257,7 @@ impl From<ConfigError> for Rejection {
                 break;
             }
         }
-        let (lower, upper) = match error.bound {
-            Bound::Finite => (f32::MIN, f32::MAX),
-            Bound::Positive | Bound::NotNegative => (0.0, f32::MAX),
-            Bound::Below(limit) | Bound::AtMost(limit) => (f32::MIN, limit),
-            Bound::AtLeast(limit) => (limit, f32::MAX),
-            Bound::Inside(lower, upper) => (lower, upper),
-        };
+        let (lower, upper) = error.bound.ends();
         Self::Invalid { parameter, value: error.value, lower, upper }
     }
 }

@@ -1,7 +1,8 @@
 "use strict";
-// The replay of the page of one flight.
+// The replay and the figures of the page of one flight.
 addEventListener("DOMContentLoaded", () => {
-  const { name, track } = JSON.parse(document.getElementById("data").textContent);
-  if (track.time.length === 0) return;
-  new Player(document.getElementById("replay"), [{ name, record: track }]);
+  const { name, track, figures } = JSON.parse(document.getElementById("data").textContent);
+  if (track.time.length > 0) new Player(document.getElementById("replay"), [{ name, record: track }]);
+  const section = document.getElementById("figures");
+  figures.forEach((figure) => Figure(section, figure));
 });

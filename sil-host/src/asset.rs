@@ -1,9 +1,7 @@
 //! Style sheets and scripts of the pages: files under `assets/`, put into the program so that a page
 //! needs nothing but itself.
 
-use std::fmt::Write;
-
-use crate::figure::svg::escape;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// Colours, type and tables of every page.
 const PAGE_STYLE: &str = include_str!("../assets/page.css");
@@ -31,8 +29,9 @@ const REPLAY: [&str; 12] = [
     include_str!("../assets/replay/player.js"),
 ];
 
-/// Scripts of a flight's page, beside the replay.
-pub const RUN: &str = include_str!("../assets/run.js");
+/// Scripts of a flight's page, beside the replay, in order.
+pub const RUN: [&str; 2] =
+    [include_str!("../assets/chart/figure.js"), include_str!("../assets/run.js")];
 
 /// Scripts of a campaign's report, beside the replay, in order.
 pub const REPORT: [&str; 5] = [
@@ -44,50 +43,56 @@ pub const REPORT: [&str; 5] = [
 ];
 
 /// No page may load anything, wherever it is opened.
-const CONTENT_POLICY: &str = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src \
-     'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">";
+const CONTENT_POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
-/// A page up to its sections: name, description, and the button that changes the theme.
+/// A page: its name and description, the button that changes the theme, `content`, its data as JSON,
+/// the replay, and `own` scripts.
 #[must_use]
-pub fn beginning(name: &str, description: &str) -> String {
-    let (name, description) = (escape(name), escape(description));
-    let theme = scripts(&[THEME]);
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">{CONTENT_POLICY}\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-         <title>{name}</title>\n<style>\n{PAGE_STYLE}{REPORT_STYLE}</style>\n{theme}</head><body>\n\
-         <header><div><h1>{name}</h1>\n<p>{description}</p></div>\
-         <button id=\"theme\" type=\"button\">Dark theme</button></header>\n"
-    )
-}
-
-/// The rest of a page: its data as JSON, the replay, and `own` scripts.
-#[must_use]
-pub fn end(json: &str, own: &[&str]) -> String {
-    "<noscript><p class=\"fail\">Charts and replays need JavaScript; nothing is loaded from \
-     anywhere.</p></noscript>\n\
-     <div id=\"tooltip\" role=\"tooltip\" hidden></div>\n\
-     <div id=\"copied\" role=\"status\" hidden></div>\n"
-        .to_owned()
-        + &data(json)
-        + &scripts(&REPLAY)
-        + &scripts(own)
-        + "</body></html>\n"
+pub fn page(name: &str, description: &str, content: &Markup, json: &str, own: &[&str]) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(CONTENT_POLICY);
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (name) }
+                style { (PreEscaped(PAGE_STYLE)) (PreEscaped(REPORT_STYLE)) }
+                (scripts(&[THEME]))
+            }
+            body {
+                header {
+                    div { h1 { (name) } p { (description) } }
+                    button #theme type="button" { "Dark theme" }
+                }
+                (content)
+                noscript {
+                    p.fail { "Charts and replays need JavaScript; nothing is loaded from anywhere." }
+                }
+                #tooltip role="tooltip" hidden {}
+                #copied role="status" hidden {}
+                (data(json))
+                (scripts(&REPLAY))
+                (scripts(own))
+            }
+        }
+    };
+    page.into_string()
 }
 
 /// Script elements with the given texts, none of which may hold `</script`.
-fn scripts(texts: &[&str]) -> String {
-    texts.iter().fold(String::new(), |mut page, text| {
-        let _ = write!(page, "<script>\n{text}</script>\n"); // writing to a String cannot fail
-        page
-    })
+fn scripts(texts: &[&str]) -> Markup {
+    html! {
+        @for text in texts { script { "\n" (PreEscaped(text)) } }
+    }
 }
 
 /// An element that holds `json` for the scripts of a page.
-fn data(json: &str) -> String {
+fn data(json: &str) -> Markup {
     // A string of the data must not end the element.
     let json = json.replace("</", "<\\/");
-    format!("<script type=\"application/json\" id=\"data\">{json}</script>\n")
+    html! { script #data type="application/json" { (PreEscaped(json)) } }
 }
 
 #[cfg(test)]
@@ -112,7 +117,7 @@ mod tests {
 
     #[test]
     fn no_script_ends_its_element() {
-        for text in REPLAY.iter().chain(&REPORT).chain(&[THEME, RUN]) {
+        for text in REPLAY.iter().chain(&REPORT).chain(&RUN).chain(&[THEME]) {
             assert!(!text.contains("</script") && !text.contains("<!--"));
         }
     }
@@ -120,7 +125,7 @@ mod tests {
     #[test]
     fn data_cannot_end_its_element_and_reads_back() {
         let hostile = "</script><script>alert(1)</script>";
-        let page = data(&serde_json::to_string(hostile).expect("a string"));
+        let page = data(&serde_json::to_string(hostile).expect("a string")).into_string();
         assert_eq!(page.matches("</").count(), 1, "{page}");
         let json = page.split_once('>').and_then(|(_, rest)| rest.rsplit_once("</"));
         let (json, _) = json.expect("an element");

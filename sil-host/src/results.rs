@@ -54,14 +54,12 @@ impl FlightResults {
         self.trace.finish()?;
         let vehicle = scenario.vehicle.into();
         let figures = catalogue::figures(&self.recorder, &scenario.controller, &vehicle);
-        let mut documents = Vec::with_capacity(figures.len());
         for figure in &figures {
-            let document = figure.svg(&report.name);
-            fs::write(self.directory.join(figure.name).with_extension("svg"), &document)?;
-            documents.push(document);
+            let file = self.directory.join(figure.name).with_extension("svg");
+            fs::write(file, figure.svg(&report.name))?;
         }
         let track = Track::new(&self.replay.finish());
-        fs::write(self.directory.join("index.html"), page::html(report, &documents, &track))
+        fs::write(self.directory.join("index.html"), page::page(report, &figures, &track))
     }
 }
 

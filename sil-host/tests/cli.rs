@@ -138,7 +138,8 @@ fn results_are_written_where_asked() {
     assert!(trace.starts_with("tick,time,position_x,"), "{}", complained(&output));
     assert_eq!(trace.lines().count(), 1 + 2_000 / 4);
     let page = std::fs::read_to_string(directory.join("index.html")).expect("a page");
-    assert!(page.contains("waypoints") && page.contains("<svg"));
+    assert!(page.contains("waypoints") && page.contains("\"name\":\"overview\""));
+    assert!(directory.join("overview.svg").is_file());
 }
 
 #[test]

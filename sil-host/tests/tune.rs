@@ -282,11 +282,11 @@ fn assert_short_hover(proposal: &Proposal) {
         &scenario.actuation,
     );
     let mut farthest = 0.0_f64;
-    let mut watch = Watch(|tick: &Tick| {
+    let mut each_tick = EachTick(|tick: &Tick| {
         farthest = farthest.max(tick.evaluation.position_error.length());
         monitors.observe(tick);
     });
-    loaded.flight().expect("flies").observe(scenario.ticks(), &mut watch);
+    loaded.flight().expect("flies").observe(scenario.ticks(), &mut each_tick);
     for verdict in monitors.verdicts() {
         let settled = verdict.name.ends_with("after settling");
         let information = verdict.requirement == Requirement::Information;
@@ -295,9 +295,9 @@ fn assert_short_hover(proposal: &Proposal) {
     assert!(farthest.is_finite() && farthest < 20.0, "{}: {farthest}", proposal.request.name);
 }
 
-struct Watch<F>(F);
+struct EachTick<F>(F);
 
-impl<F: FnMut(&Tick)> Observer for Watch<F> {
+impl<F: FnMut(&Tick)> Observer for EachTick<F> {
     fn observe(&mut self, tick: &Tick) {
         (self.0)(tick);
     }

@@ -156,13 +156,13 @@ fn runge_kutta_keeps_its_fourth_order_under_a_lag() {
 }
 
 /// The applied wrench at each tick of a flight, and its verdicts.
-struct Watch {
+struct ActuationRecorder {
     guarantees: Guarantees,
     applied: Vec<AppliedWrench>,
     commanded: Vec<AppliedWrench>,
 }
 
-impl Observer for Watch {
+impl Observer for ActuationRecorder {
     fn observe(&mut self, tick: &Tick) {
         self.guarantees.observe(tick);
         self.applied.push(tick.applied);
@@ -170,12 +170,12 @@ impl Observer for Watch {
     }
 }
 
-fn watched(name: &str, changes: &[&str], ticks: u64) -> Watch {
+fn watched(name: &str, changes: &[&str], ticks: u64) -> ActuationRecorder {
     let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
     let loaded = LoadedScenario::open(name, &changes).unwrap_or_else(|error| panic!("{error}"));
     let scenario = loaded.scenario();
     let mut watch =
-        Watch { guarantees: scenario.monitors(), applied: Vec::new(), commanded: Vec::new() };
+        ActuationRecorder { guarantees: scenario.monitors(), applied: Vec::new(), commanded: Vec::new() };
     loaded.flight().expect("valid").observe(ticks, &mut watch);
     watch
 }
@@ -224,7 +224,7 @@ fn limits_do_not_hide_a_broken_balance() {
     let mut scenario = loaded.scenario().clone();
     scenario.actuation.torque_max = Some(10.0);
     let mut watch =
-        Watch { guarantees: scenario.monitors(), applied: Vec::new(), commanded: Vec::new() };
+        ActuationRecorder { guarantees: scenario.monitors(), applied: Vec::new(), commanded: Vec::new() };
     loaded.flight().expect("valid").observe(2_000, &mut watch);
     assert!(!row(&watch.guarantees.verdicts(), "Lyapunov balance residual").pass);
 }

@@ -2,14 +2,22 @@
 //! grid and its margins are in `docs/verification.md`. The feature `exhaustive` flies more of it.
 
 use ctrl_core::controller::ControllerConfig;
-use system_tests::grid::{Case, Kind, Ranges, check, corners, fly_all, sample};
+use sim::scenario::LoadedScenario;
+use system_tests::grid::{Case, Errors, Kind, campaign, check, corners, documented, fly_all};
 
-/// Factor on the everyday number of flights.
-const TIMES: usize = if cfg!(feature = "exhaustive") { 8 } else { 1 };
+/// Factor on the number of runs in a campaign's file.
+const TIMES: u32 = if cfg!(feature = "exhaustive") { 8 } else { 1 };
 
 /// The part of `D2` that a lasting torque may have under controller 2, which has `M_tau = D2`: the
 /// whole would leave it nothing. Noise always has the whole.
 const LASTING_TORQUE: f64 = 0.25;
+
+/// Every gain set's campaign and section of the page.
+const CAMPAIGNS: [(&str, &str); 3] = [
+    ("guarantees-controller-1", "Controller 1"),
+    ("guarantees-tilt-recovery", "Controller 2, gains of tilt-recovery"),
+    ("guarantees-paper-saturated", "Controller 2, gains of paper-saturated"),
+];
 
 /// With this duration and time to settle (s).
 fn timed(mut cases: Vec<Case>, duration: f64, settle_time: f64) -> Vec<Case> {
@@ -31,32 +39,46 @@ fn bearable(cases: Vec<Case>) -> Vec<Case> {
 
 #[test]
 fn controller_1_keeps_its_guarantees_over_the_grid() {
-    let ranges = Ranges { tilt_deg: 170.0, speed: 5.0, rate: 3.0, offset: 5.0 };
-    let name = "paper-robust-adaptive";
-    let mut cases = sample(name, &ranges, 60 * TIMES, 1);
-    cases.extend(corners(name, 0.0));
-    cases.extend(corners(name, 170.0));
-    check("Controller 1", &fly_all(timed(cases, 80.0, 60.0)), false);
+    let [(name, section), ..] = CAMPAIGNS;
+    let mut cases = campaign(name, TIMES);
+    let corners = [0.0, 170.0].map(|tilt_deg| corners("paper-robust-adaptive", tilt_deg));
+    cases.extend(timed(corners.concat(), 80.0, 60.0));
+    check(section, &fly_all(cases), false);
 }
 
 #[test]
 fn controller_2_with_gentle_gains_keeps_its_guarantees_over_the_grid() {
-    let ranges = Ranges { tilt_deg: 170.0, speed: 2.0, rate: 0.5, offset: 5.0 };
-    let name = "tilt-recovery";
-    let mut cases = sample(name, &ranges, 30 * TIMES, 1);
-    cases.extend(corners(name, 170.0));
-    let cases = timed(bearable(cases), 400.0, 350.0);
-    check("Controller 2, gains of tilt-recovery", &fly_all(cases), true);
+    let [_, (name, section), _] = CAMPAIGNS;
+    let mut cases = campaign(name, TIMES);
+    cases.extend(timed(bearable(corners("tilt-recovery", 170.0)), 400.0, 350.0));
+    check(section, &fly_all(cases), true);
 }
 
 #[test]
 fn controller_2_with_the_paper_s_gains_keeps_its_guarantees_over_the_grid() {
-    let ranges = Ranges { tilt_deg: 90.0, speed: 2.0, rate: 0.5, offset: 5.0 };
-    let name = "paper-saturated";
-    let mut cases = sample(name, &ranges, 30 * TIMES, 1);
-    cases.extend(corners(name, 90.0));
-    let cases = timed(bearable(cases), 400.0, 350.0);
-    check("Controller 2, gains of paper-saturated", &fly_all(cases), true);
+    let [.., (name, section)] = CAMPAIGNS;
+    let mut cases = campaign(name, TIMES);
+    cases.extend(timed(bearable(corners("paper-saturated", 90.0)), 400.0, 350.0));
+    check(section, &fly_all(cases), true);
+}
+
+#[test]
+fn campaigns_judge_by_the_documented_bounds() {
+    for (name, section) in CAMPAIGNS {
+        for case in campaign(name, 1).into_iter().take(Kind::ALL.len()) {
+            let bounds = documented(section, case.disturbance);
+            let campaign = case.scenario.guarantees;
+            let judges_position = campaign.position_error_max < 1e6;
+            let judged = Errors {
+                position: campaign.position_error_max,
+                attitude: campaign.attitude_error_max,
+                tilt: campaign.tilt_error_max,
+                heading: campaign.heading_error_max,
+            };
+            let position = if judges_position { bounds.position } else { judged.position };
+            assert_eq!(judged, Errors { position, ..bounds }, "{name}, {:?}", case.disturbance);
+        }
+    }
 }
 
 /// A constant torque of `D2 = M_tau` cannot be held against, and the vehicle is lost; what is promised
@@ -78,18 +100,31 @@ fn controller_2_keeps_its_limits_even_where_it_cannot_recover() {
     }
 }
 
+/// Start of a vehicle that falls for long under gusts: a flight of an earlier sample of this grid.
+const LONG_FALL: [&str; 11] = [
+    "seed=127927995",
+    "vehicle.mass=0.7161522844716944",
+    "vehicle.inertia=[0.09566493199862092, 0.07947439595298991, 0.045815952566065674]",
+    "initial.position=[98.2858163532339, -3.8519741912848016, 0.7347396965166354]",
+    "initial.velocity=[-0.14749174210407706, 0.00032432071286436396, 0.1892890397873319]",
+    "initial.rate_body=[-0.22271219465355307, -0.00145838771998021, 0.3236671617703892]",
+    "initial.heading_deg=116.01546516923352",
+    "initial.tilt_deg=164.01714757922227",
+    "initial.tilt_direction_deg=145.7177487015584",
+    "disturbance.gust={hold=0.9849886637065357, acceleration=0.05, torque=0.0125}",
+    "controller.saturated.step_period=0.002",
+];
+
 /// The coupling term of (49) asks for a body rate of `2 c g |G|`, and `G` holds `k1 e_v`: a vehicle
 /// that falls fast is told to spin faster than its torque can stop, and falls on. This start is
 /// lost with `c = 1e-3` and the paper scenario's gains; a tenth of it recovers.
 #[test]
 fn less_coupling_saves_a_vehicle_that_falls_for_long() {
-    let ranges = Ranges { tilt_deg: 170.0, speed: 2.0, rate: 0.5, offset: 5.0 };
-    let case = sample("paper-saturated", &ranges, 500, 1)
-        .into_iter()
-        .find(|case| case.scenario.seed == 127_927_995)
-        .expect("the start of the finding");
     let [lost, saved] = [1e-3, 1e-4].map(|c| {
-        let mut case = case.clone().with_torque_fraction(LASTING_TORQUE);
+        let scenario = LoadedScenario::open("paper-saturated", &LONG_FALL.map(str::to_owned));
+        let mut scenario = scenario.expect("a scenario").scenario().clone();
+        scenario.disturbance.noise = None;
+        let mut case = Case { scenario, disturbance: Kind::Gust };
         let ControllerConfig::Saturated(config) = &mut case.scenario.controller else {
             unreachable!("paper-saturated flies controller 2")
         };

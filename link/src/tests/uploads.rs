@@ -64,7 +64,7 @@ fn what_cannot_be_flown_is_refused_with_the_reason() {
 #[test]
 fn rejections_name_the_parameter_as_far_as_it_fits() {
     let parameter = "a name that is much longer than the forty-eight bytes of a frame's field";
-    let error = ConfigError { parameter, value: 1.0, bound: Bound::Positive, source: "" };
+    let error = ConfigError::new(parameter, 1.0, Bound::Positive, "");
     let Rejection::Invalid { parameter: cut, lower, .. } = error.into() else { panic!() };
     assert_eq!((cut.as_str(), lower), (&parameter[..NAME_MAX], 0.0));
 }

@@ -40,15 +40,15 @@ const Chart = (() => {
     return { draw, plot: () => plot };
   }
 
-  // A dashed line across the plot at `value` of the scale, named.
-  function bound(plot, scale, value, name) {
+  // A dashed line across the plot at `value` of the scale, named above the line or `below` it.
+  function bound(plot, scale, value, name, colour = Theme.colour("--violated"), below = false) {
     const { ctx, bbox } = plot;
     const { min, max } = plot.scales[scale];
     if (!(value >= min && value <= max)) return;
     const at = plot.valToPos(value, scale, true);
     const across = scale === "y";
     ctx.save();
-    ctx.strokeStyle = ctx.fillStyle = Theme.colour("--violated");
+    ctx.strokeStyle = ctx.fillStyle = colour;
     ctx.lineWidth = devicePixelRatio;
     ctx.setLineDash([6 * devicePixelRatio, 4 * devicePixelRatio]);
     ctx.beginPath();
@@ -60,7 +60,8 @@ const Chart = (() => {
     ctx.setLineDash([]);
     ctx.lineWidth = 4 * devicePixelRatio;
     ctx.strokeStyle = Theme.colour("--card");
-    const [x, y] = across ? [bbox.left + bbox.width - gap, at - gap] : [at, bbox.top + 14 * devicePixelRatio];
+    const under = below || at < bbox.top + 15 * devicePixelRatio ? at + 14 * devicePixelRatio : at - gap;
+    const [x, y] = across ? [bbox.left + bbox.width - gap, under] : [at, bbox.top + 14 * devicePixelRatio];
     const left = !across && at - bbox.left < bbox.width / 2;
     ctx.textAlign = left ? "left" : "right";
     const place = [name, across ? x : x + (left ? gap : -gap), y];

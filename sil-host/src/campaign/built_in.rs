@@ -20,8 +20,15 @@ macro_rules! built_in {
 
 impl BuiltInCampaign {
     /// Every one of them.
-    pub const ALL: &[Self] =
-        built_in!["paper-uncertainty", "recovery-envelope", "torque-limits", "sensitivity"];
+    pub const ALL: &[Self] = built_in![
+        "paper-uncertainty",
+        "recovery-envelope",
+        "torque-limits",
+        "sensitivity",
+        "guarantees-controller-1",
+        "guarantees-tilt-recovery",
+        "guarantees-paper-saturated",
+    ];
 
     /// The one of that name.
     #[must_use]

@@ -1,7 +1,10 @@
 //! Axes: ranges with room, ticks at round numbers, labels.
 
+use serde::Serialize;
+
 /// Mapping of values to positions along an axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Scale {
     /// Proportional.
     Linear,
@@ -10,7 +13,7 @@ pub enum Scale {
 }
 
 /// One axis of a panel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Axis {
     /// Quantity and unit.
     pub label: String,

@@ -1,4 +1,4 @@
-//! Figures of a flight like the paper's 1 to 8, as self-contained SVG documents.
+//! Figures of a flight like the paper's 1 to 8: self-contained SVG documents, and data for its page.
 
 pub mod axis;
 pub mod catalogue;
@@ -7,12 +7,15 @@ pub mod record;
 pub mod svg;
 mod time_series;
 
+use serde::Serialize;
+
 use panel::{Frame, Panel, Style};
 pub use record::FigureRecorder;
 use svg::{Font, Svg, text_width};
 
-/// A drawing of one or more panels in a row under a common legend.
-#[derive(Clone, Debug)]
+/// A drawing of one or more panels in a row under a common legend. Pages carry it as data, which their
+/// scripts draw.
+#[derive(Clone, Debug, Serialize)]
 pub struct Figure {
     /// Name of its file, without extension.
     pub name: &'static str,

@@ -1,19 +1,27 @@
 //! One coordinate system with its lines.
 
+use serde::{Serialize, Serializer};
+
 use super::axis::{Axis, Scale, superscript};
 use super::svg::{Font, Svg};
 
 /// A line of data.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Line {
     /// Points in the units of the axes.
+    #[serde(serialize_with = "single_precision")]
     pub points: Vec<(f64, f64)>,
     /// Colour and dashes.
     pub style: Style,
 }
 
+/// Coordinates in turn, in single precision: a page has no use for more digits.
+fn single_precision<S: Serializer>(points: &[(f64, f64)], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(points.iter().flat_map(|&(x, y)| [x as f32, y as f32]))
+}
+
 /// Style of a line.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Style {
     /// Colour.
     pub colour: &'static str,
@@ -55,7 +63,7 @@ impl Style {
 }
 
 /// A bound or a true value: a dashed horizontal line with its name.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Guide {
     /// Position on the vertical axis.
     pub value: f64,
@@ -68,7 +76,7 @@ pub struct Guide {
 }
 
 /// One coordinate system.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Panel {
     /// Title above the axes.
     pub title: String,

@@ -151,7 +151,7 @@ impl Svg {
 
 /// Replaces the characters that XML and HTML reserve.
 #[must_use]
-pub fn escape(text: &str) -> String {
+fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {

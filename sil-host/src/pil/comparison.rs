@@ -3,41 +3,12 @@
 use std::fmt;
 
 use ctrl_core::controller::{Auxiliary, Estimates, StepOutput};
-use glam::Quat;
+use glam::{Quat, Vec3};
 use link::Telemetry;
-
-/// Names of the compared numbers, as in `docs/trace.md` where it has them.
-const FIELDS: [&str; 29] = [
-    "thrust",
-    "torque_x",
-    "torque_y",
-    "torque_z",
-    "torque_demand_x",
-    "torque_demand_y",
-    "torque_demand_z",
-    "status",
-    "inverse_mass_estimate",
-    "inertia_estimate_x",
-    "inertia_estimate_y",
-    "inertia_estimate_z",
-    "inverse_inertia_estimate_x",
-    "inverse_inertia_estimate_y",
-    "inverse_inertia_estimate_z",
-    "gyroscopic_ratio_estimate_x",
-    "gyroscopic_ratio_estimate_y",
-    "gyroscopic_ratio_estimate_z",
-    "attitude_error_x",
-    "attitude_error_y",
-    "attitude_error_z",
-    "attitude_error_w",
-    "auxiliary_attitude_x",
-    "auxiliary_attitude_y",
-    "auxiliary_attitude_z",
-    "auxiliary_attitude_w",
-    "auxiliary_rate_x",
-    "auxiliary_rate_y",
-    "auxiliary_rate_z",
-];
+use sim::quantity::table::{
+    ATTITUDE_ERROR, AUXILIARY_ATTITUDE, AUXILIARY_RATE, GYROSCOPIC_RATIO_ESTIMATE,
+    INERTIA_ESTIMATE, STATUS, THRUST, TORQUE, TORQUE_DEMAND,
+};
 
 /// Output and state of a law after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,26 +36,33 @@ impl From<&Telemetry> for Step {
 }
 
 impl Step {
-    /// The numbers in the order of [`FIELDS`]; every status is exact as `f32`.
-    fn numbers(&self) -> [f32; FIELDS.len()] {
+    /// The compared quantities: name, and components in the order x, y, z, w. Every status is exact as
+    /// `f32`; names are those of the table of quantities, except for the estimates that only a law has.
+    fn quantities(&self) -> [(&'static str, Quat, usize); 11] {
         let Self { output, estimates, attitude_error, auxiliary } = self;
-        let parts: [&[f32]; 10] = [
-            &[output.wrench.thrust],
-            &output.wrench.torque_body.to_array(),
-            &output.torque_demand_body.to_array(),
-            &[f32::from(output.status.bits()), estimates.inverse_mass],
-            &estimates.inertia.to_array(),
-            &estimates.inverse_inertia.to_array(),
-            &estimates.gyroscopic_ratio.to_array(),
-            &attitude_error.to_array(),
-            &auxiliary.attitude.to_array(),
-            &auxiliary.rate.to_array(),
-        ];
-        let mut numbers = [0.0; FIELDS.len()];
-        for (number, part) in numbers.iter_mut().zip(parts.into_iter().flatten()) {
-            *number = *part;
-        }
-        numbers
+        let scalar = |name, x| (name, Quat::from_xyzw(x, 0.0, 0.0, 0.0), 1);
+        let vector = |name, x: Vec3| (name, Quat::from_vec4(x.extend(0.0)), 3);
+        [
+            scalar(THRUST.name, output.wrench.thrust),
+            vector(TORQUE.name, output.wrench.torque_body),
+            vector(TORQUE_DEMAND.name, output.torque_demand_body),
+            scalar(STATUS.name, f32::from(output.status.bits())),
+            scalar("inverse_mass_estimate", estimates.inverse_mass),
+            vector(INERTIA_ESTIMATE.name, estimates.inertia),
+            vector("inverse_inertia_estimate", estimates.inverse_inertia),
+            vector(GYROSCOPIC_RATIO_ESTIMATE.name, estimates.gyroscopic_ratio),
+            (ATTITUDE_ERROR.name, *attitude_error, 4),
+            (AUXILIARY_ATTITUDE.name, auxiliary.attitude, 4),
+            vector(AUXILIARY_RATE.name, auxiliary.rate),
+        ]
+    }
+
+    /// The compared numbers: name of the quantity, ending of the component, and its value.
+    fn numbers(&self) -> impl Iterator<Item = (&'static str, &'static str, f32)> {
+        self.quantities().into_iter().flat_map(|(name, components, width)| {
+            let endings = if width == 1 { &[""][..] } else { &["_x", "_y", "_z", "_w"][..width] };
+            endings.iter().zip(components.to_array()).map(move |(ending, x)| (name, *ending, x))
+        })
     }
 }
 
@@ -93,8 +71,10 @@ impl Step {
 pub struct Difference {
     /// Control ticks since the start.
     pub tick: u64,
-    /// Name of the number.
-    pub field: &'static str,
+    /// Name of the quantity, as in `docs/trace.md` where it has it.
+    pub quantity: &'static str,
+    /// Ending of the component's name; empty if there is one component alone.
+    pub component: &'static str,
     /// On the vehicle.
     pub vehicle: f32,
     /// On the host.
@@ -103,9 +83,13 @@ pub struct Difference {
 
 impl fmt::Display for Difference {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { tick, field, vehicle, host } = self;
+        let Self { tick, quantity, component, vehicle, host } = self;
         let bits = [vehicle, host].map(|number| number.to_bits());
-        write!(out, "tick {tick}, {field}: {vehicle:?} ({:08x}) on the vehicle, ", bits[0])?;
+        write!(
+            out,
+            "tick {tick}, {quantity}{component}: {vehicle:?} ({:08x}) on the vehicle, ",
+            bits[0]
+        )?;
         write!(out, "{host:?} ({:08x}) in SIL", bits[1])
     }
 }
@@ -113,12 +97,16 @@ impl fmt::Display for Difference {
 /// The first difference at `tick`, if there is one.
 #[must_use]
 pub fn first_difference(tick: u64, vehicle: &Step, host: &Step) -> Option<Difference> {
-    let pairs = vehicle.numbers().into_iter().zip(host.numbers());
-    FIELDS
-        .iter()
-        .zip(pairs)
-        .find(|(_, (vehicle, host))| vehicle.to_bits() != host.to_bits())
-        .map(|(field, (vehicle, host))| Difference { tick, field, vehicle, host })
+    let mut pairs = vehicle.numbers().zip(host.numbers());
+    pairs.find(|((.., vehicle), (.., host))| vehicle.to_bits() != host.to_bits()).map(
+        |((quantity, component, vehicle), (.., host))| Difference {
+            tick,
+            quantity,
+            component,
+            vehicle,
+            host,
+        },
+    )
 }
 
 #[cfg(test)]
@@ -126,7 +114,6 @@ mod tests {
     use super::*;
     use ctrl_core::controller::StepStatus;
     use ctrl_core::mode::SAFE;
-    use glam::Vec3;
 
     fn step() -> Step {
         let output = StepOutput {
@@ -160,11 +147,11 @@ mod tests {
         let mut other = step();
         other.output.torque_demand_body.y = -0.0;
         let found = first_difference(7, &other, &step()).unwrap();
-        assert_eq!((found.tick, found.field), (7, "torque_demand_y"));
+        assert_eq!((found.tick, found.quantity, found.component), (7, "torque_demand", "_y"));
         let mut other = step();
         other.auxiliary.rate.z = f32::from_bits(1);
         let found = first_difference(8, &step(), &other).unwrap();
-        assert_eq!(found.field, "auxiliary_rate_z");
+        assert_eq!((found.quantity, found.component), ("auxiliary_rate", "_z"));
         assert_eq!(
             found.to_string(),
             "tick 8, auxiliary_rate_z: 0.0 (00000000) on the vehicle, 1e-45 (00000001) in SIL"

@@ -213,7 +213,7 @@ fn poles_out_of_reach(request: &Request, (survey, bandwidth): &(LoopSurvey, bool
 
 /// The core refuses gains with the margin taken off.
 fn refused(request: &Request, error: &ConfigError) -> Infeasible {
-    let ConfigError { parameter, value, bound, source } = *error;
+    let ConfigError { parameter, value, bound, source, .. } = *error;
     let right = match bound {
         Bound::AtMost(limit) | Bound::Below(limit) => limit.into(),
         _ => f64::NAN,

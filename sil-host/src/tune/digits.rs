@@ -1,4 +1,9 @@
-//! Four significant digits: what a person would write into a file.
+//! Numbers as a person would write them into a file.
+
+/// The double whose shortest decimals are those of `x`: without what widening adds.
+pub(super) fn decimal(x: f32) -> f64 {
+    x.to_string().parse().unwrap_or_else(|_| f64::from(x))
+}
 
 /// To four significant digits.
 pub(super) fn rounded(x: f64) -> f64 {

@@ -5,6 +5,7 @@ mod assembly;
 pub mod check;
 pub mod design;
 mod digits;
+pub mod document;
 pub mod hover;
 pub mod infeasible;
 pub mod peak;

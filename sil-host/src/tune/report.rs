@@ -7,8 +7,9 @@ use serde_json::{Value, json};
 
 use super::check::Check;
 use super::design::{audit, stressed};
+use super::document::controller;
 use super::pole::Pole;
-use super::proposal::{Proposal, controller};
+use super::proposal::Proposal;
 use super::survey::{LoopSurvey, Met, Which};
 use super::ultimate::Bounds;
 use sim::number::number;

@@ -24,6 +24,12 @@ impl Kind {
     /// All of them.
     pub const ALL: [Self; 5] =
         [Self::Calm, Self::Noise, Self::Constant, Self::Sinusoid, Self::Gust];
+
+    /// The kind of that name in lower case.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| format!("{kind:?}").eq_ignore_ascii_case(name))
+    }
 }
 
 impl Case {

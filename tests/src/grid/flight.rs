@@ -70,15 +70,15 @@ impl Errors {
     }
 }
 
-/// Watches one flight.
-struct Watch {
+/// Judge of one flight.
+struct FlightJudge {
     limits: Limits,
     settle_time: f64,
     last_leg: f64,
     outcome: Outcome,
 }
 
-impl Observer for Watch {
+impl Observer for FlightJudge {
     fn observe(&mut self, tick: &Tick) {
         let Tick { time, truth, reference, output, .. } = tick;
         let outcome = &mut self.outcome;
@@ -118,7 +118,7 @@ impl Case {
         let scenario = &self.scenario;
         let (duration, ticks) = (scenario.duration, scenario.ticks());
         let mut flight = scenario.flight().unwrap_or_else(|error| panic!("{self}: {error}"));
-        let mut watch = Watch {
+        let mut judge = FlightJudge {
             limits: Limits::new(&scenario.controller),
             settle_time: scenario.guarantees.settle_time,
             last_leg: duration - LAST_LEG,
@@ -133,8 +133,8 @@ impl Case {
                 last_leg: [0.0; 2],
             },
         };
-        flight.observe(ticks, &mut watch);
-        watch.outcome
+        flight.observe(ticks, &mut judge);
+        judge.outcome
     }
 }
 

@@ -3,19 +3,19 @@
 //! describes the grid and what was measured over it.
 
 mod bounds;
+mod campaign;
 mod corner;
 mod disturbance;
 mod flight;
-mod hypercube;
 mod inertia;
 mod limits;
 mod report;
 
 pub use bounds::documented;
+pub use campaign::campaign;
 pub use corner::corners;
 pub use disturbance::Kind;
 pub use flight::{Errors, LAST_LEG, Outcome, fly_all};
-pub use hypercube::{Ranges, sample};
 pub use limits::Breach;
 pub use report::check;
 

@@ -1,68 +1,63 @@
 //! Section on the varied values, their sampling, and the meaning of the report's bounds.
 
-use std::fmt::Write;
+use maud::{Markup, html};
 
 use crate::campaign::{Campaign, Sampling, Vary};
-use crate::figure::svg::escape;
 use sim::number::number;
 
 /// The section's content.
 #[must_use]
-pub fn section(campaign: &Campaign) -> String {
+pub fn section(campaign: &Campaign) -> Markup {
     let definition = campaign.definition();
-    let mut page = format!("<p>{}</p>\n", sampling(definition.sampling));
-    let last = campaign.seed(campaign.runs() - 1);
-    let _ = writeln!(
-        page,
-        "<p>{} runs, seeds {} to {last}; a run has the same values and the same seed, from which its \
-         disturbance is drawn too, in every variant.</p>",
-        campaign.runs(),
-        campaign.seed(0),
-    );
-    if !definition.vary.is_empty() {
-        page.push_str(
-            "<div class=\"table\"><table><thead><tr><th>varied</th><th>distribution</th><th>unit</th>\
-             </tr></thead><tbody>\n",
-        );
-        for vary in &definition.vary {
-            let also: String = vary.also.iter().map(|path| format!(", {path}")).collect();
-            let _ = writeln!(
-                page,
-                "<tr><th><code>{}</code></th><td>{}</td><td>{}</td></tr>",
-                escape(&(vary.path.clone() + &also)),
-                escape(&distribution(vary)),
-                escape(&vary.unit)
-            );
+    html! {
+        p { (sampling(definition.sampling)) }
+        p {
+            (campaign.runs()) " runs, seeds " (campaign.seed(0)) " to "
+            (campaign.seed(campaign.runs() - 1))
+            "; a run has the same values and the same seed, from which its disturbance is drawn too, in \
+             every variant."
         }
-        page.push_str("</tbody></table></div>\n");
+        @if !definition.vary.is_empty() {
+            .table { table {
+                thead { tr { th { "varied" } th { "distribution" } th { "unit" } } }
+                tbody {
+                    @for vary in &definition.vary {
+                        tr {
+                            th { code { (vary.path) @for path in &vary.also { ", " (path) } } }
+                            td { (distribution(vary)) }
+                            td { (vary.unit) }
+                        }
+                    }
+                }
+            } }
+        }
+        (settings(campaign))
     }
-    page + &settings(campaign)
 }
 
 /// Settings of all runs and of each variant.
-fn settings(campaign: &Campaign) -> String {
+fn settings(campaign: &Campaign) -> Markup {
     let definition = campaign.definition();
-    let mut page = String::new();
-    let mut line = |name: &str, changes: &[String]| {
-        if !changes.is_empty() {
-            let changes: Vec<_> =
-                changes.iter().map(|it| format!("<code>{}</code>", escape(it))).collect();
-            let _ = writeln!(page, "<p>{}: {}</p>", escape(name), changes.join(", "));
+    let all = ("All runs set".to_owned(), &definition.set);
+    let each = definition.variant.iter().map(|it| (format!("Variant {} sets", it.name), &it.set));
+    let changed = std::iter::once(all).chain(each).filter(|(_, changes)| !changes.is_empty());
+    html! {
+        @for (name, changes) in changed {
+            p {
+                (name) ": "
+                @for (index, change) in changes.iter().enumerate() {
+                    @if index > 0 { ", " }
+                    code { (change) }
+                }
+            }
         }
-    };
-    line("All runs set", &definition.set);
-    for variant in &definition.variant {
-        line(&format!("Variant {} sets", variant.name), &variant.set);
+        @for variant in campaign.variants().iter().filter(|it| !campaign.is_replayable_by_name(it)) {
+            p.fail {
+                "This program has another scenario " code { (variant.scenario) } " than the one that was \
+                 flown: the commands below repeat the runs only with the program that wrote the results."
+            }
+        }
     }
-    for variant in campaign.variants().iter().filter(|it| !campaign.is_replayable_by_name(it)) {
-        let _ = writeln!(
-            page,
-            "<p class=\"fail\">This program has another scenario <code>{}</code> than the one that was \
-             flown: the commands below repeat the runs only with the program that wrote the results.</p>",
-            escape(&variant.scenario)
-        );
-    }
-    page
 }
 
 /// Explanation of the sampling and of the bounds on the failure probability under it.

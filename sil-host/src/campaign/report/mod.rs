@@ -56,5 +56,5 @@ fn html(results: &CampaignResults) -> Result<String, CampaignError> {
     }
     let flights = flights::fly(campaign, &flights::choose(campaign, &scan))?;
     let document = Document::new(campaign, &quantities, &scan, &counts, &flights);
-    Ok(page::html(campaign, &scan, &document))
+    Ok(page::page(campaign, &scan, &document))
 }

@@ -1,66 +1,67 @@
 //! The page: what is text is text; what is drawn is drawn by its scripts from the data it carries.
 
-use std::fmt::Write;
+use maud::{Markup, html};
 
 use super::document::Document;
-use super::scan::Scan;
+use super::scan::{Scan, VariantScan};
 use super::{definition, guarantees, summary, worst};
 use crate::asset;
 use crate::campaign::Campaign;
-use crate::figure::svg::escape;
 
 /// The whole page.
 ///
 /// # Panics
 /// Never: the data are plain numbers and texts.
 #[must_use]
-pub fn html(campaign: &Campaign, scan: &Scan, document: &Document) -> String {
+pub fn page(campaign: &Campaign, scan: &Scan, document: &Document) -> String {
     let json = serde_json::to_string(document).expect("numbers and texts");
-    asset::beginning(campaign.name(), &campaign.definition().description)
-        + &sections(campaign, scan)
-        + &asset::end(&json, &asset::REPORT)
+    let description = &campaign.definition().description;
+    asset::page(campaign.name(), description, &sections(campaign, scan), &json, &asset::REPORT)
 }
 
-/// Links to all sections, and the sections; those that scripts fill are empty.
-fn sections(campaign: &Campaign, scan: &Scan) -> String {
-    let shown = scan.shown().len();
-    let flown: u64 = scan.variants.iter().map(super::scan::VariantScan::flown).sum();
-    let draw = if shown as u64 == flown {
-        "<p class=\"muted\">Every run that was flown.</p>\n".to_owned()
-    } else {
-        format!(
-            "<p class=\"muted\">{shown} of {flown} flights: a draw that does not depend on their \
-             outcome, and the violated runs listed above.</p>\n"
-        )
-    };
-    let axes = campaign.definition().envelope.as_ref();
-    let over = axes.map(|[across, up]| format!("{} and {}", escape(across), escape(up)));
+/// Links to all sections, and the sections; those that scripts fill have at most an introduction.
+fn sections(campaign: &Campaign, scan: &Scan) -> Markup {
+    let flown: u64 = scan.variants.iter().map(VariantScan::flown).sum();
     let mut all = vec![
         ("summary", "Summary", summary::section(campaign, scan)),
         ("definition", "Definition", definition::section(campaign)),
         ("guarantees", "Guarantees", guarantees::section(campaign, scan)),
         ("worst", "Worst cases", worst::section(campaign, scan)),
-        ("distributions", "Distributions", String::new()),
-        ("scatter", "Parameters and margins", draw),
+        ("distributions", "Distributions", html! {}),
+        ("scatter", "Parameters and margins", drawn(scan.shown().len(), flown)),
     ];
-    if let Some(over) = over {
-        let text = format!(
-            "<p class=\"muted\">Share of flights that held every guarantee, over {over}.</p>\n"
-        );
-        all.push(("envelope", "Recovery envelope", text));
+    if let Some([across, up]) = &campaign.definition().envelope {
+        let over = html! {
+            p.muted { "Share of flights that held every guarantee, over " (across) " and " (up) "." }
+        };
+        all.push(("envelope", "Recovery envelope", over));
     }
     if flown > 0 {
-        let text =
-            "<p class=\"muted\">Flown again from their seeds when this page was written.</p>\n";
-        all.push(("replay", "Replay", text.to_owned()));
+        let when = html! { p.muted { "Flown again from their seeds when this page was written." } };
+        all.push(("replay", "Replay", when));
     }
-    let mut page = String::from("<nav aria-label=\"Sections\">");
-    for (id, title, _) in &all {
-        let _ = write!(page, "<a href=\"#{id}\">{title}</a>");
+    html! {
+        nav aria-label="Sections" {
+            @for (id, title, _) in &all { a href={ "#" (id) } { (title) } }
+        }
+        main {
+            @for (id, title, content) in &all {
+                section id=(id) { h2 { (title) } (content) }
+            }
+        }
     }
-    page.push_str("</nav>\n<main>\n");
-    for (id, title, content) in &all {
-        let _ = writeln!(page, "<section id=\"{id}\"><h2>{title}</h2>\n{content}</section>");
+}
+
+/// The number of flights that the chart draws, and their choice.
+fn drawn(shown: usize, flown: u64) -> Markup {
+    html! {
+        p.muted {
+            @if shown as u64 == flown {
+                "Every run that was flown."
+            } @else {
+                (shown) " of " (flown) " flights: a draw that does not depend on their outcome, and the \
+                 violated runs listed above."
+            }
+        }
     }
-    page + "</main>\n"
 }

@@ -1,16 +1,15 @@
 //! Summary of the results in a few numbers.
 
-use std::fmt::Write;
+use maud::{Markup, html};
 
 use super::failure_probability::FailureProbability;
 use super::scan::{Scan, VariantScan};
 use crate::campaign::Campaign;
-use crate::figure::svg::escape;
 use sim::number::number;
 
 /// The section's content.
 #[must_use]
-pub fn section(campaign: &Campaign, scan: &Scan) -> String {
+pub fn section(campaign: &Campaign, scan: &Scan) -> Markup {
     let flown: u64 = scan.variants.iter().map(VariantScan::flown).sum();
     let refused: u64 = scan.variants.iter().map(|it| it.refused).sum();
     let violated = scan.violated();
@@ -19,58 +18,56 @@ pub fn section(campaign: &Campaign, scan: &Scan) -> String {
         (_, 0) => ("pass", format!("Every guarantee held in all {flown} flights.")),
         _ => ("fail", format!("{violated} of {flown} flights violated a guarantee.")),
     };
-    let mut page = format!("<p class=\"result {class}\">{result}</p>\n<div class=\"tiles\">");
     let runs: u64 = scan.variants.iter().map(|it| it.flown() + it.refused).max().unwrap_or(0);
-    for (value, name) in [
+    let tiles = [
         (runs, "runs"),
         (campaign.variants().len() as u64, "variants"),
         (flown, "flights"),
         (flown - violated, "held"),
         (violated, "violated"),
         (refused, "refused"),
-    ] {
-        let _ = write!(page, "<div class=\"tile\"><b>{value}</b><span>{name}</span></div>");
+    ];
+    html! {
+        p class={ "result " (class) } { (result) }
+        .tiles {
+            @for (value, name) in tiles { .tile { b { (value) } span { (name) } } }
+        }
+        @if runs < u64::from(campaign.runs()) {
+            p.fail { "The table has " (runs) " of the campaign's " (campaign.runs()) " runs." }
+        }
+        (table(campaign, scan))
+        (refusals(campaign, scan))
     }
-    page.push_str("</div>\n");
-    if runs < u64::from(campaign.runs()) {
-        let _ = writeln!(
-            page,
-            "<p class=\"fail\">The table has {runs} of the campaign's {} runs.</p>",
-            campaign.runs()
-        );
-    }
-    page + &table(campaign, scan)
 }
 
-fn table(campaign: &Campaign, scan: &Scan) -> String {
-    let mut table = String::from(
-        "<div class=\"table\"><table><thead><tr><th>variant</th><th>scenario</th>\
-         <th class=\"n\">flown</th><th class=\"n\">held</th><th class=\"n\">violated</th>\
-         <th>probability of any violation</th><th class=\"n\">refused</th>\
-         <th class=\"n\">outside the theorem</th></tr></thead><tbody>\n",
-    );
-    for (index, (variant, counts)) in campaign.variants().iter().zip(&scan.variants).enumerate() {
-        let _ = writeln!(
-            table,
-            "<tr><th>{}{}</th><td>{}</td><td class=\"n\">{}</td>\
-             <td class=\"n\">{}</td><td class=\"n{}\">{}</td><td>{}</td><td class=\"n\">{}</td>\
-             <td class=\"n\">{}</td></tr>",
-            swatch(index),
-            escape(&variant.name),
-            escape(&variant.scenario),
-            counts.flown(),
-            counts.held,
-            if counts.violated > 0 { " fail" } else { "" },
-            counts.violated,
-            probability(
-                FailureProbability::observed(counts.violated, counts.flown()),
-                counts.violated
-            ),
-            counts.refused,
-            outside(counts),
-        );
+fn table(campaign: &Campaign, scan: &Scan) -> Markup {
+    html! {
+        .table { table {
+            thead { tr {
+                th { "variant" } th { "scenario" } th.n { "flown" } th.n { "held" } th.n { "violated" }
+                th { "probability of any violation" } th.n { "refused" } th.n { "outside the theorem" }
+            } }
+            tbody {
+                @for (index, (variant, counts)) in campaign.variants().iter().zip(&scan.variants).enumerate() {
+                    tr {
+                        th { (swatch(index)) (variant.name) }
+                        td { (variant.scenario) }
+                        td.n { (counts.flown()) }
+                        td.n { (counts.held) }
+                        td.n.fail[counts.violated > 0] { (counts.violated) }
+                        td {
+                            (probability(
+                                FailureProbability::observed(counts.violated, counts.flown()),
+                                counts.violated,
+                            ))
+                        }
+                        td.n { (counts.refused) }
+                        td.n { (outside(counts)) }
+                    }
+                }
+            }
+        } }
     }
-    table + "</tbody></table></div>\n" + &refusals(campaign, scan)
 }
 
 fn outside(counts: &VariantScan) -> String {
@@ -80,24 +77,21 @@ fn outside(counts: &VariantScan) -> String {
     }
 }
 
-fn refusals(campaign: &Campaign, scan: &Scan) -> String {
-    let mut list = String::new();
-    for (variant, counts) in campaign.variants().iter().zip(&scan.variants) {
-        for (reason, (runs, seed)) in &counts.refusals {
-            let _ = writeln!(
-                list,
-                "<p class=\"muted\">{}: {runs} refused, the first with seed {seed}: {}</p>",
-                escape(&variant.name),
-                escape(reason)
-            );
+fn refusals(campaign: &Campaign, scan: &Scan) -> Markup {
+    html! {
+        @for (variant, counts) in campaign.variants().iter().zip(&scan.variants) {
+            @for (reason, (runs, seed)) in &counts.refusals {
+                p.muted {
+                    (variant.name) ": " (runs) " refused, the first with seed " (seed) ": " (reason)
+                }
+            }
         }
     }
-    list
 }
 
 /// A patch in the colour of a variant; colours repeat after the last, as they do in `theme.js`.
-pub(super) fn swatch(variant: usize) -> String {
-    format!("<span class=\"swatch v{}\"></span>", variant % 6)
+pub(super) fn swatch(variant: usize) -> Markup {
+    html! { span class={ "swatch v" (variant % 6) } {} }
 }
 
 /// The bounds in words: two-sided, or one-sided when nothing was violated.

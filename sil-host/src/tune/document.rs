@@ -1,0 +1,151 @@
+//! Scenario of a proposal: built-in scenarios filled with its values, so that keys, order and comments
+//! are those of the files.
+
+use ctrl_core::controller::ControllerConfig;
+use sim::scenario::BuiltIn;
+use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
+
+use super::digits::decimal;
+use super::proposal::Proposal;
+
+/// Scenario that hovers, with controller 1.
+const HOVER: &str = "hover-gusts";
+
+/// Scenario whose tables of controller 2 are taken.
+const SATURATED: &str = "paper-saturated";
+
+impl Proposal {
+    /// A complete scenario: hover beside the reference, noise at the disturbances' bounds.
+    #[must_use]
+    pub fn scenario(&self) -> String {
+        let Self { request, settle_time, duration, .. } = self;
+        let mut document = template(&self.law);
+        document.key_mut("name").map(|mut key| {
+            key.leaf_decor_mut().set_prefix(
+                "# Gains proposed by `sil-host tune`. SI units unless the key says otherwise.\n\n",
+            );
+        });
+        let offset = 0.5 * request.wanted.position_range;
+        let reference = document["trajectory"]["hover"]["position_world"].as_array();
+        let reference =
+            reference.map(|it| it.iter().filter_map(Value::as_float).collect::<Vec<_>>());
+        let start = reference.unwrap_or_default().into_iter().zip([offset, -offset, -offset]);
+        let start: Array = start.map(|(reference, offset)| reference + offset).collect();
+        let inertia: Array = request.initial.inertia.to_array().map(decimal).into_iter().collect();
+        let known = &request.known;
+        let [position, attitude, tilt, heading] = self.bounds();
+        let values: [(&[&str], Value); 14] = [
+            (&["name"], request.name.as_str().into()),
+            (&["description"], "Hover with the gains that sil-host tune proposes.".into()),
+            (&["duration"], (*duration).into()),
+            (&["vehicle", "mass"], decimal(request.initial.mass).into()),
+            (&["vehicle", "inertia"], inertia.into()),
+            (&["initial", "position"], start.into()),
+            (
+                &["disturbance", "noise", "acceleration"],
+                decimal(known.disturbance_acceleration).into(),
+            ),
+            (&["disturbance", "noise", "torque"], decimal(known.disturbance_torque).into()),
+            (&["guarantees", "settle_time"], (*settle_time).into()),
+            (&["guarantees", "position_error_max"], position.into()),
+            (&["guarantees", "attitude_error_max"], attitude.into()),
+            (&["guarantees", "tilt_error_max"], tilt.into()),
+            (&["guarantees", "heading_error_max"], heading.into()),
+            (&["guarantees", "lyapunov_window"], 1.0.into()),
+        ];
+        for (path, value) in values {
+            fill(path.iter().fold(document.as_item_mut(), |item, key| &mut item[*key]), value);
+        }
+        if let Some(disturbance) = document["disturbance"].as_table_mut() {
+            disturbance.remove("gust");
+        }
+        document.to_string()
+    }
+}
+
+/// The controller's tables as a scenario has them.
+#[must_use]
+pub fn controller(law: &ControllerConfig) -> String {
+    let mut document = template(law);
+    document.as_table_mut().retain(|key, _| key == "controller");
+    document.to_string().trim_start().to_owned()
+}
+
+/// The scenario that hovers, with `law` in its place.
+fn template(law: &ControllerConfig) -> DocumentMut {
+    let mut document = built_in(HOVER);
+    if matches!(law, ControllerConfig::Saturated(_)) {
+        let mut controller = built_in(SATURATED)["controller"].clone();
+        place(&mut controller["saturated"], &document["controller"]["robust_adaptive"]);
+        document["controller"] = controller;
+    }
+    let values = toml_edit::ser::to_document(law).expect("a configuration is plain TOML");
+    let known = &mut document["controller"][law.key()]["uncertainty"];
+    if let Some(known) = known.as_table_mut() {
+        known.decor_mut().set_prefix("\n# What the controller is told of the vehicle.\n");
+    }
+    if let Some(controller) = document["controller"].as_table_like_mut() {
+        merge(controller, values.as_table());
+    }
+    document
+}
+
+fn built_in(name: &str) -> DocumentMut {
+    let text = BuiltIn::named(name).map(|it| it.text).expect("a built-in scenario");
+    text.parse().expect("a built-in scenario is TOML")
+}
+
+/// Gives `item` and its tables the places in the file that `other` and its tables of the same names have.
+fn place(item: &mut Item, other: &Item) {
+    let (Some(table), Some(other)) = (item.as_table_mut(), other.as_table()) else { return };
+    table.set_position(other.position());
+    for (key, item) in table.iter_mut() {
+        if let Some(other) = other.get(key.get()) {
+            place(item, other);
+        }
+    }
+}
+
+/// Puts every value of `values` in its place in `table`; what is not there is added.
+fn merge(table: &mut dyn TableLike, values: &dyn TableLike) {
+    for (key, item) in values.iter() {
+        match (table.get_mut(key), item.as_table_like(), item.as_value()) {
+            (Some(old), Some(values), _) => {
+                if let Some(table) = old.as_table_like_mut() {
+                    merge(table, values);
+                }
+            }
+            (Some(old), None, Some(value)) => fill(old, short(value)),
+            (None, _, Some(value)) => {
+                table.insert(key, Item::Value(short(value)));
+            }
+            _ => {
+                table.insert(key, item.clone());
+            }
+        }
+    }
+}
+
+/// Replaces a value; the comment behind it stays in its column where there is room.
+fn fill(item: &mut Item, mut value: Value) {
+    if let Some(old) = item.as_value() {
+        let width = |value: &Value| value.clone().decorated("", "").to_string().len();
+        let comment = old.decor().suffix().and_then(|suffix| suffix.as_str()).unwrap_or_default();
+        let spaces = comment.len() - comment.trim_start().len() + width(old);
+        let spaces =
+            if comment.is_empty() { 0 } else { spaces.saturating_sub(width(&value)).max(1) };
+        let suffix = format!("{:spaces$}{}", "", comment.trim_start());
+        *value.decor_mut() = old.decor().clone();
+        value.decor_mut().set_suffix(suffix);
+    }
+    *item = Item::Value(value);
+}
+
+/// A number of the core's precision in its shortest decimals; TOML has `f64` alone.
+fn short(value: &Value) -> Value {
+    match value {
+        Value::Float(number) => decimal(*number.value() as f32).into(),
+        Value::Array(array) => array.iter().map(short).collect::<Array>().into(),
+        other => other.clone(),
+    }
+}
