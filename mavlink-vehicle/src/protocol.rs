@@ -296,6 +296,7 @@ pub(crate) fn result_of(refusal: Refusal) -> MavResult {
         Refusal::StateStale | Refusal::Fault | Refusal::NotArmed | Refusal::Tilted => {
             MavResult::MAV_RESULT_TEMPORARILY_REJECTED
         }
-        Refusal::InFailsafe | Refusal::Locked => MavResult::MAV_RESULT_DENIED,
+        // In failsafe, locked, and whatever else may be added.
+        _ => MavResult::MAV_RESULT_DENIED,
     }
 }

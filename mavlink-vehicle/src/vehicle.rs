@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use ctrl_core::error::{Bound, ConfigError};
+use ctrl_core::error::ConfigError;
 use ctrl_core::mode::navigation::{NavigationEvent, Navigator};
 use ctrl_core::mode::{Command, Mode, Refusal};
 use ctrl_core::vehicle::VehicleState;
@@ -40,6 +40,7 @@ pub struct Battery {
 
 /// Reason for the refusal of a parameter.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ParameterRefusal {
     /// No parameter of that name.
     Unknown,
@@ -78,13 +79,7 @@ impl From<ConfigError> for ParameterRefusal {
                 break;
             }
         }
-        let bounds = match error.bound {
-            Bound::Finite => (f32::MIN, f32::MAX),
-            Bound::Positive | Bound::NotNegative => (0.0, f32::MAX),
-            Bound::Below(limit) | Bound::AtMost(limit) => (f32::MIN, limit),
-            Bound::AtLeast(limit) => (limit, f32::MAX),
-            Bound::Inside(lower, upper) => (lower, upper),
-        };
+        let bounds = error.bound.ends();
         Self::Invalid { parameter, value: error.value, bounds }
     }
 }

@@ -134,6 +134,7 @@ pub enum Request {
 
 /// Reason for the refusal of a request.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum NavigationRefusal {
     /// Arm first.
     NotArmed,

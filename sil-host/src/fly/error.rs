@@ -14,6 +14,8 @@ pub enum FlyError {
     Scenario(ScenarioError),
     /// The scenario cannot be flown under commands.
     Refused(ConfigError),
+    /// The program carries bytes that it cannot read: its file is damaged.
+    Damaged(&'static str),
     /// A port cannot be opened.
     Port(io::Error),
     /// Results cannot be written: path and reason.
@@ -29,6 +31,7 @@ impl fmt::Display for FlyError {
             Self::Refused(error) => {
                 write!(out, "the scenario cannot be flown by commands: {error}")
             }
+            Self::Damaged(part) => write!(out, "{part}, carried in the program, is damaged"),
             Self::Port(error) => write!(out, "no port: {error}"),
             Self::Output(path, error) => write!(out, "{}: {error}", path.display()),
             Self::Differs => out.write_str("the control group differs from the law on the host"),
@@ -37,6 +40,12 @@ impl fmt::Display for FlyError {
 }
 
 impl std::error::Error for FlyError {}
+
+impl From<ConfigError> for FlyError {
+    fn from(error: ConfigError) -> Self {
+        Self::Refused(error)
+    }
+}
 
 impl From<ScenarioError> for FlyError {
     fn from(error: ScenarioError) -> Self {

@@ -77,7 +77,7 @@ pub fn fly(
     let directory = options.out.join(&scenario.name);
     let unwritable = |error| FlyError::Output(directory.clone(), error);
     let mut memory = SessionMemory::new();
-    let mut vehicle = FlownVehicle::new(scenario, &mut memory).map_err(FlyError::Refused)?;
+    let mut vehicle = FlownVehicle::new(scenario, &mut memory)?;
     let description = Description::new(loaded)?;
     let every = u64::from(options.trace_every.get());
     let logs = FlightLogs::new(scenario, description, &directory, &options.log, every);

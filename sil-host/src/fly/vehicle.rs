@@ -4,7 +4,6 @@ use ctrl_core::controller::{
     AdaptiveController, AnyController, AnyControllerState, Auxiliary, ControllerConfig, Estimates,
     Intermediates, TrackingController,
 };
-use ctrl_core::error::ConfigError;
 use ctrl_core::mode::Mode;
 use ctrl_core::mode::navigation::{NavigationMode, Navigator};
 use ctrl_core::trajectory::{HoverConfig, TrajectoryConfig};
@@ -28,6 +27,8 @@ use sim::plant::vehicle::Plant;
 use sim::plant::{PlantParameters, PlantState};
 use sim::scenario::Scenario;
 use sim::tick::Tick;
+
+use super::error::FlyError;
 
 /// The name of this vehicle in the session's handshake.
 const BOARD: &str = "sil-host fly";
@@ -67,10 +68,10 @@ impl<'m> FlownVehicle<'m> {
     /// The vehicle of `scenario`, standing on the ground below its initial position.
     ///
     /// # Errors
-    /// The parameter that controller, supervisor or navigation refuse.
-    pub fn new(scenario: &Scenario, memory: &'m mut SessionMemory) -> Result<Self, ConfigError> {
+    /// The parameter that controller, supervisor or navigation refuse; or damage of the program.
+    pub fn new(scenario: &Scenario, memory: &'m mut SessionMemory) -> Result<Self, FlyError> {
         let law = scenario.controller.build()?;
-        let vehicle = vehicle_config().map_err(|_| damaged("vehicle.toml"))?;
+        let vehicle = vehicle_config().map_err(|_| FlyError::Damaged("the vehicle"))?;
         let mission = mission(&scenario.controller)?;
         let config = SessionConfig::new(BOARD, 1, &vehicle);
         let session =
@@ -244,8 +245,9 @@ impl<'m> FlownVehicle<'m> {
 }
 
 /// The scenario's controller with the paper's numbers for the other one, and a place to stand.
-fn mission(controller: &ControllerConfig) -> Result<BuiltInMission, ConfigError> {
-    let built_in = built_in_mission().map_err(|_| damaged("built-in mission"))?.tuning;
+fn mission(controller: &ControllerConfig) -> Result<BuiltInMission, FlyError> {
+    let built_in =
+        built_in_mission().map_err(|_| FlyError::Damaged("the built-in mission"))?.tuning;
     let tuning = match *controller {
         ControllerConfig::RobustAdaptive(robust_adaptive) => {
             Tuning { kind: ControllerKind::RobustAdaptive, robust_adaptive, ..built_in }
@@ -256,14 +258,4 @@ fn mission(controller: &ControllerConfig) -> Result<BuiltInMission, ConfigError>
     };
     let hover = HoverConfig { position_world: Vec3::ZERO, yaw: 0.0 };
     Ok(BuiltInMission { tuning, trajectory: TrajectoryConfig::Hover(hover) })
-}
-
-/// The program carries bytes that it cannot read: never, unless its file is damaged.
-fn damaged(parameter: &'static str) -> ConfigError {
-    ConfigError {
-        parameter,
-        value: f32::NAN,
-        bound: ctrl_core::error::Bound::Finite,
-        source: "carried in the program, which is damaged",
-    }
 }
