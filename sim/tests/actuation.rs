@@ -174,8 +174,11 @@ fn watched(name: &str, changes: &[&str], ticks: u64) -> ActuationRecorder {
     let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
     let loaded = LoadedScenario::open(name, &changes).unwrap_or_else(|error| panic!("{error}"));
     let scenario = loaded.scenario();
-    let mut watch =
-        ActuationRecorder { guarantees: scenario.monitors(), applied: Vec::new(), commanded: Vec::new() };
+    let mut watch = ActuationRecorder {
+        guarantees: scenario.monitors(),
+        applied: Vec::new(),
+        commanded: Vec::new(),
+    };
     loaded.flight().expect("valid").observe(ticks, &mut watch);
     watch
 }
@@ -223,8 +226,11 @@ fn limits_do_not_hide_a_broken_balance() {
     let loaded = LoadedScenario::open("paper-robust-adaptive", &changes).expect("valid");
     let mut scenario = loaded.scenario().clone();
     scenario.actuation.torque_max = Some(10.0);
-    let mut watch =
-        ActuationRecorder { guarantees: scenario.monitors(), applied: Vec::new(), commanded: Vec::new() };
+    let mut watch = ActuationRecorder {
+        guarantees: scenario.monitors(),
+        applied: Vec::new(),
+        commanded: Vec::new(),
+    };
     loaded.flight().expect("valid").observe(2_000, &mut watch);
     assert!(!row(&watch.guarantees.verdicts(), "Lyapunov balance residual").pass);
 }

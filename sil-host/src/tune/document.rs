@@ -20,11 +20,11 @@ impl Proposal {
     pub fn scenario(&self) -> String {
         let Self { request, settle_time, duration, .. } = self;
         let mut document = template(&self.law);
-        document.key_mut("name").map(|mut key| {
+        if let Some(mut key) = document.key_mut("name") {
             key.leaf_decor_mut().set_prefix(
                 "# Gains proposed by `sil-host tune`. SI units unless the key says otherwise.\n\n",
             );
-        });
+        }
         let offset = 0.5 * request.wanted.position_range;
         let reference = document["trajectory"]["hover"]["position_world"].as_array();
         let reference =
