@@ -109,6 +109,7 @@ fn lint_target() -> Result<()> {
         run(&mut cargo(all.copied()))
     };
     lint(&["-p", "ctrl-core"])?;
+    lint(&["-p", "mavlink-vehicle"])?;
     lint(&["-p", "step-image"])?;
     for variant in firmware::VARIANTS {
         lint(&["-p", "firmware", "--features", variant])?;
