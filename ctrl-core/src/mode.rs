@@ -366,7 +366,7 @@ impl Supervisor {
         }
     }
 
-    /// Whether an Arm would be accepted now.
+    /// Readiness: `Ok` if an Arm would be accepted now.
     ///
     /// # Errors
     /// The reason why not.

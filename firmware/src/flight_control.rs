@@ -120,7 +120,7 @@ impl FlightControl {
         }
     }
 
-    /// Whether an Arm would be accepted now.
+    /// Readiness: `Ok` if an Arm would be accepted now.
     ///
     /// # Errors
     /// The reason why not.

@@ -20,7 +20,7 @@ pub(crate) struct LogTransfer {
     due: u64,
 }
 
-/// What is left to send of a log.
+/// The rest of a log that is to be sent.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     id: u16,

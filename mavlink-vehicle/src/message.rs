@@ -120,7 +120,7 @@ pub struct Item {
     pub command: u16,
     /// Frame of the place.
     pub frame: u8,
-    /// Whether the mission goes on by itself.
+    /// One if the mission goes on by itself.
     pub autocontinue: u8,
     /// Kind of list.
     pub mission_type: u8,

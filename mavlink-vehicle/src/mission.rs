@@ -266,7 +266,7 @@ impl Protocol {
     }
 }
 
-/// Whether two items are the same to the bit: a parameter may be NaN.
+/// Equality of two items to the bit: a parameter may be NaN.
 fn same(one: &Item, other: &Item) -> bool {
     one.payload((0, 0), false) == other.payload((0, 0), false)
 }

@@ -25,7 +25,7 @@ struct Target {
 }
 
 impl Target {
-    /// Whether field number `field` of the mask is to be used.
+    /// Returns `true` if field number `field` of the mask is to be used.
     fn uses(&self, field: u16) -> bool {
         self.mask >> field & 1 == 0
     }

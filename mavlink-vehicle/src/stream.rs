@@ -36,7 +36,7 @@ struct Stream {
 #[derive(Clone, Debug)]
 pub(crate) struct Streams {
     streams: [Stream; STREAMS],
-    /// Where the search for one that is due goes on: none starves the others.
+    /// Start of the search for one that is due: none starves the others.
     next: usize,
 }
 

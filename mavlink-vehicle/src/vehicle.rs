@@ -17,7 +17,7 @@ pub struct View {
     pub mode: Mode,
     /// The latest good state; none if it is stale.
     pub state: Option<VehicleState>,
-    /// Whether an Arm would be accepted, or the reason why not.
+    /// Readiness to arm, or the reason against it.
     pub ready: Result<(), Refusal>,
     /// Thrust over its upper bound (-).
     pub thrust: f32,
@@ -34,7 +34,7 @@ pub struct Battery {
     pub voltage: f32,
     /// Current (A).
     pub current: f32,
-    /// What remains of its charge (-).
+    /// Rest of its charge (-).
     pub remaining: f32,
 }
 

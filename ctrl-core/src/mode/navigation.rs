@@ -101,7 +101,7 @@ pub enum MissionKind {
 /// Item of a mission.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MissionItem {
-    /// What is done.
+    /// Action of the item.
     pub kind: MissionKind,
     /// Place (m).
     pub position_world: Vec3,
@@ -186,7 +186,7 @@ pub enum NavigationEvent {
     Landed,
 }
 
-/// Whether the vehicle stands or flies, from its state and its reference.
+/// Contact with the ground, from the vehicle's state and its reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Airborne {
     /// On the ground, or not in flight.
@@ -306,7 +306,7 @@ impl Navigator {
         self.mode
     }
 
-    /// Whether the vehicle stands or flies.
+    /// Contact with the ground.
     #[must_use]
     pub fn airborne(&self) -> Airborne {
         self.airborne

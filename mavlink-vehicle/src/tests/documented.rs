@@ -7,7 +7,7 @@ use super::*;
 
 const PAGE: &str = include_str!("../../../docs/how-to/ground-station.md");
 
-/// What stands in backquotes in the last column of a table.
+/// Names in backquotes in the last column of a table.
 fn tests() -> impl Iterator<Item = (&'static str, &'static str)> {
     let last = PAGE.lines().filter_map(|line| line.strip_suffix("` |")?.rsplit('`').next());
     last.filter_map(|cell| cell.split_once("::"))

@@ -181,7 +181,7 @@ struct Air {
     protocol: Protocol,
     vehicle: TestVehicle,
     uplink: Decoder,
-    /// What the station has received and not yet looked at.
+    /// Packets that the station has received and not yet looked at.
     received: Vec<Packet>,
     sequence: u8,
 }

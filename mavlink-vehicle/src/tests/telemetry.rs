@@ -1,4 +1,4 @@
-//! What the vehicle sends by itself: rates and contents.
+//! Messages that the vehicle sends by itself: rates and contents.
 
 use mavlink::dialects::common::{
     ATTITUDE_DATA, ATTITUDE_QUATERNION_DATA, BATTERY_STATUS_DATA, CURRENT_MODE_DATA,

@@ -33,7 +33,7 @@ pub struct FlyArguments {
     /// Ground station that datagrams are sent to (repeatable).
     #[arg(long, default_value = "127.0.0.1:14550", value_name = "ADDRESS:PORT")]
     pub udp: Vec<SocketAddr>,
-    /// Where ground stations may connect.
+    /// Address at which ground stations may connect.
     #[arg(
         long,
         default_value = "127.0.0.1:5760",

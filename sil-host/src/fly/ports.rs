@@ -13,9 +13,9 @@ const STATIONS_MAX: usize = 16;
 /// Addresses of the ports.
 #[derive(Clone, Debug, Default)]
 pub struct PortOptions {
-    /// Where datagrams are sent from the start: a station that listens.
+    /// Addresses that datagrams are sent to from the start: stations that listen.
     pub udp: Vec<SocketAddr>,
-    /// Where stations may connect.
+    /// Address at which stations may connect.
     pub tcp: Option<SocketAddr>,
 }
 
@@ -66,7 +66,7 @@ impl Ports {
         Ok(Self { udp, peers, listener, connections: Vec::new() })
     }
 
-    /// Where stations may connect, with the port that was chosen for port zero.
+    /// Address at which stations may connect, with the port that was chosen for port zero.
     #[must_use]
     pub fn tcp_address(&self) -> Option<SocketAddr> {
         self.listener.as_ref().and_then(|listener| listener.local_addr().ok())

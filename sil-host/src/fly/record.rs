@@ -54,7 +54,7 @@ struct Recorder {
     /// First tick of the flight.
     start: u64,
     ticks: u64,
-    /// Whether the law has run.
+    /// `true` once the law has run.
     flew: bool,
     started: Instant,
 }

@@ -36,9 +36,9 @@ const BOARD: &str = "sil-host fly";
 /// One control tick of the vehicle.
 #[derive(Clone, Debug)]
 pub struct FlownTick {
-    /// What observers of a flight receive; tick and time count from the start of the program.
+    /// The tick as observers of a flight receive it; tick and time count from the start of the program.
     pub tick: Tick,
-    /// What the control group gave.
+    /// Outputs of the control group.
     pub outputs: Outputs,
     /// Mode of the navigation.
     pub navigation: NavigationMode,

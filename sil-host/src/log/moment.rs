@@ -26,7 +26,7 @@ pub const MOTORS: usize = 12;
 /// Mode of the flight at an instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LoggedStatus {
-    /// Whether the vehicle is armed.
+    /// `true` while the vehicle is armed.
     pub armed: bool,
     /// Mode of the navigation; offboard in a flight along a trajectory.
     pub navigation: NavigationMode,

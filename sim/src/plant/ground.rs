@@ -17,7 +17,7 @@ pub struct GroundedVehicle {
     vehicle: Vehicle,
     /// Height of the centre of mass when the vehicle stands (m).
     ground: f64,
-    /// Whether it stands.
+    /// `true` while it stands.
     stands: bool,
     touchdown_speed: f64,
 }
@@ -37,7 +37,7 @@ impl GroundedVehicle {
         Self { vehicle, ground, stands, touchdown_speed: 0.0 }
     }
 
-    /// Whether the vehicle stands on the ground.
+    /// Returns `true` while the vehicle stands on the ground.
     #[must_use]
     pub fn stands(&self) -> bool {
         self.stands
