@@ -85,6 +85,7 @@ pub mod robust_adaptive;
 pub mod rotation;
 pub mod saturated;
 pub mod saturation;
+pub mod setpoint;
 pub mod sqrt;
 pub mod trajectory;
 pub mod vehicle;

@@ -113,6 +113,7 @@ fn lint_target() -> Result<()> {
     lint(&["-p", "ctrl-core"])?;
     lint(&["-p", "ctrl-c"])?;
     lint(&["-p", "step-image", "--features", "c-interface"])?;
+    lint(&["-p", "mavlink-vehicle"])?;
     for variant in firmware::VARIANTS {
         lint(&["-p", "firmware", "--features", variant])?;
     }

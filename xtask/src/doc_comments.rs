@@ -12,13 +12,14 @@ const QUESTION_WORDS: [&str; 6] = ["What", "How", "Where", "Why", "Who", "Whethe
 const SHARE_MAX: f64 = 0.01;
 
 /// Folders with Rust sources.
-const FOLDERS: [&str; 11] = [
+const FOLDERS: [&str; 12] = [
     "ctrl-c",
     "ctrl-core",
     "examples",
     "firmware",
     "fuzz",
     "link",
+    "mavlink-vehicle",
     "python",
     "sil-host",
     "sim",
