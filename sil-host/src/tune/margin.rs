@@ -178,8 +178,10 @@ fn crossings(grid: &[f64], value: impl Fn(f64) -> f64) -> Vec<f64> {
     for pair in grid.windows(2) {
         let (mut left, mut right) = (pair[0], pair[1]);
         let (at_left, at_right) = (value(left), value(right));
-        if !(at_left * at_right < 0.0) || (at_left - at_right).abs() > PI {
-            continue; // of the same sign, not a number, or a phase that wraps
+        let changes = at_left * at_right < 0.0; // not where one is not a number
+        let wraps = (at_left - at_right).abs() > PI;
+        if !changes || wraps {
+            continue;
         }
         for _ in 0..60 {
             let middle = 0.5 * (left + right);

@@ -95,8 +95,7 @@ mod tests {
     use crate::plant::PlantParameters;
     use crate::plant::actuation::ActuationConfig;
 
-    const PARAMETERS: PlantParameters =
-        PlantParameters { mass: 1.0, inertia: DVec3::new(0.05, 0.05, 0.1) };
+    const PARAMETERS: PlantParameters = PlantParameters::new(1.0, DVec3::new(0.05, 0.05, 0.1));
 
     fn vehicle(height: f64) -> GroundedVehicle {
         let body = RigidBody::new(&PARAMETERS, 1e-3, 1);
