@@ -86,6 +86,7 @@ pub mod robust_adaptive;
 pub mod rotation;
 pub mod saturated;
 pub mod saturation;
+pub mod setpoint;
 pub mod sqrt;
 pub mod trajectory;
 pub mod vehicle;

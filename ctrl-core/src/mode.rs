@@ -17,6 +17,10 @@
 //! Pure: the tick and all conditions are arguments. [`Supervisor::step`] is called once a control
 //! period, before the output, so that the failsafe output takes over in the period of the n-th
 //! miss.
+//!
+//! [`navigation`] chooses the references of a flight that is commanded while it lasts.
+
+pub mod navigation;
 
 use core::fmt;
 
@@ -360,6 +364,17 @@ impl Supervisor {
         } else {
             Ok(())
         }
+    }
+
+    /// Readiness: `Ok` if an Arm would be accepted now.
+    ///
+    /// # Errors
+    /// The reason why not.
+    pub fn readiness(&self, state: &SupervisorState) -> Result<(), Refusal> {
+        if state.mode == Mode::Locked {
+            return Err(if state.fault { Refusal::Fault } else { Refusal::Locked });
+        }
+        self.ready(state)
     }
 
     /// Refuses a start from the ground: as [`fresh`](Self::fresh), or tilted.

@@ -18,6 +18,7 @@ use crate::vehicle::GRAVITY;
 /// Desired motion at one tick, in the world frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[repr(C)] // the C interface uses it in place
 pub struct Reference {
     /// `p_d`: position (m).
     pub position_world: Vec3,

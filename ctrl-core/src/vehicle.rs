@@ -12,6 +12,7 @@ pub const GRAVITY: f32 = 9.81;
 /// Position, velocity, attitude and body rate of the vehicle at one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[repr(C)] // the C interface uses it in place
 pub struct VehicleState {
     /// `p`: position of the centre of mass in the world frame (m).
     pub position_world: Vec3,

@@ -120,6 +120,14 @@ impl FlightControl {
         }
     }
 
+    /// Readiness: `Ok` if an Arm would be accepted now.
+    ///
+    /// # Errors
+    /// The reason why not.
+    pub fn readiness(&self) -> Result<(), Refusal> {
+        self.supervisor.readiness(&self.supervisor_state)
+    }
+
     /// Disarms, unless a fault keeps the vehicle locked.
     pub fn disarm(&mut self) {
         let state = &mut self.supervisor_state;

@@ -11,6 +11,7 @@ pub mod evidence;
 pub mod exchange;
 pub mod flight_control;
 pub mod parameter_store;
+pub mod pilot;
 pub mod rate_loop;
 pub mod rates;
 pub mod reference_source;

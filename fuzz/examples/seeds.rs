@@ -11,9 +11,12 @@ use ctrl_core::trajectory::{
 };
 use ctrl_core::vehicle::VehicleState;
 use firmware::session::SessionMemory;
-use fuzz::{GROUND, send, session};
+use firmware::tick_source::TickOrigin;
+use fuzz::{GROUND, send, session, station};
 use glam::Vec3;
-use link::{ControllerKind, Downlink, Encoder, MAX_FRAME, Message, TrajectorySelection, Uplink};
+use link::{
+    ControllerKind, Downlink, Encoder, MAX_FRAME, Message, Received, TrajectorySelection, Uplink,
+};
 
 fn main() {
     let (uplink, downlink) = conversation();
@@ -32,10 +35,81 @@ fn main() {
     ] {
         save("parameter_writer", name, &writes(kind));
     }
+    for (name, bytes) in station_sessions() {
+        save("mavlink_stream", name, &bytes);
+    }
     for (name, messages) in uploads() {
         let bytes: Vec<_> = messages.iter().flat_map(|m| postcard::to_stdvec(m).unwrap()).collect();
         save("trajectory_upload", name, &bytes);
     }
+}
+
+/// Sessions of a station: frames as bytes, and records that arm, take off, stream, upload and land.
+fn station_sessions() -> Vec<(&'static str, Vec<u8>)> {
+    let command = |number: u16, parameters: [f32; 7]| {
+        let numbers = parameters.into_iter().flat_map(f32::to_le_bytes);
+        let bytes: Vec<u8> = numbers.chain(number.to_le_bytes()).chain([1, 1, 0]).collect();
+        (76, bytes)
+    };
+    let unstated = [f32::NAN; 7];
+    let first = |value| [value, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let mut velocity = vec![0; 53];
+    velocity[16..20].copy_from_slice(&0.5_f32.to_le_bytes());
+    velocity[48..53].copy_from_slice(&[0xc7, 0x0d, 1, 1, 1]);
+    let mut item = vec![0; 38];
+    item[24..28].copy_from_slice(&3_f32.to_le_bytes());
+    item[30..35].copy_from_slice(&[22, 0, 1, 1, 3]);
+    let mut parameter = vec![0; 23];
+    parameter[..10].copy_from_slice(&[0, 0, 0, 63, 1, 1, b'C', b'T', b'L', b'_']);
+    parameter[10..12].copy_from_slice(b"K1");
+    parameter[22] = 9;
+    let take_off = [command(400, first(1.0)), command(22, unstated)];
+    let sessions = [
+        ("take-off", [&take_off[..], &[command(21, unstated)]].concat()),
+        (
+            "offboard",
+            [&take_off[..], &[(84, velocity), command(176, [1.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0])]]
+                .concat(),
+        ),
+        (
+            "mission",
+            vec![
+                (44, vec![1, 0, 1, 1]),
+                (73, item),
+                command(400, first(1.0)),
+                command(300, first(0.0)),
+            ],
+        ),
+        ("parameters", vec![(21, vec![1, 1]), (23, parameter), (20, vec![1, 0, 1, 1])]),
+        (
+            "requests",
+            vec![
+                command(512, first(148.0)),
+                command(511, [30.0, 1e4, 0.0, 0.0, 0.0, 0.0, 0.0]),
+                (117, vec![0, 0, 255, 255, 1, 1]),
+            ],
+        ),
+    ];
+    sessions
+        .into_iter()
+        .flat_map(|(name, messages): (&'static str, Vec<(u32, Vec<u8>)>)| {
+            let stream: Vec<u8> =
+                messages.iter().flat_map(|(id, payload)| station::frame(*id, payload)).collect();
+            let records = messages.iter().flat_map(|(id, payload)| {
+                let place = station::MESSAGES.iter().position(|known| known == id).unwrap();
+                [&[place as u8, 100, payload.len() as u8], &**payload].concat()
+            });
+            let records: Vec<u8> = [1].into_iter().chain(records).collect();
+            let names: [&'static str; 2] = match name {
+                "take-off" => ["take-off-bytes", "take-off"],
+                "offboard" => ["offboard-bytes", "offboard"],
+                "mission" => ["mission-bytes", "mission"],
+                "parameters" => ["parameters-bytes", "parameters"],
+                _ => ["requests-bytes", "requests"],
+            };
+            [(names[0], [&[0], &*stream].concat()), (names[1], records)]
+        })
+        .collect()
 }
 
 fn save(target: &str, name: &str, bytes: &[u8]) {
@@ -73,8 +147,12 @@ fn conversation() -> (Vec<Uplink>, Vec<Downlink>) {
     uplink.extend(uploads().into_iter().flat_map(|(_, messages)| messages));
     let mut memory = SessionMemory::new();
     let mut session = session(&mut memory);
-    let downlink =
-        uplink.iter().map(|message| send(&mut session, message.clone(), GROUND)).collect();
+    let mut downlink = Vec::new();
+    for message in &uplink {
+        let received = Received { sequence: 42, message: message.clone() };
+        session.handle(received, GROUND, TickOrigin::Timer);
+        downlink.extend(std::iter::from_fn(|| session.next_answer()));
+    }
     uplink.push(Uplink::Command(Command::Start));
     uplink.push(Uplink::State { tick: 1000, state: VehicleState::at_rest(Vec3::ONE) });
     uplink.push(Uplink::Reference { tick: 300, reference: Reference::hover(Vec3::ONE) });

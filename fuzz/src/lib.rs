@@ -1,5 +1,7 @@
 //! Shared parts of the fuzz targets: a session without hardware, and the bounds of every law.
 
+pub mod station;
+
 use ctrl_core::controller::{AdaptiveController, AnyController, TrackingController};
 use ctrl_core::mode::Mode;
 use ctrl_core::reference::Reference;

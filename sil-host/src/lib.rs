@@ -7,6 +7,7 @@ pub mod asset;
 pub mod campaign;
 
 pub mod figure;
+pub mod fly;
 pub mod log;
 pub mod page;
 pub mod pil;

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use cli::{Cli, Command};
 use sil_host::campaign::CampaignError;
+use sil_host::fly::FlyError;
 use sil_host::pil::PilError;
 use sil_host::report;
 use sil_host::run::RunError;
@@ -42,6 +43,11 @@ fn execute() -> ExitCode {
         Command::Pil(arguments) => status(cli::pil(&arguments), |error| match error {
             PilError::Run(error) => run_failure(error),
             _ => VEHICLE_FAILED,
+        }),
+        Command::Fly(arguments) => status(cli::fly(&arguments), |error| match error {
+            FlyError::Output(..) => NOT_WRITTEN,
+            FlyError::Differs | FlyError::Damaged(_) => VEHICLE_FAILED,
+            FlyError::Scenario(_) | FlyError::Refused(_) | FlyError::Port(_) => WRONG_USAGE,
         }),
         Command::Campaign(arguments) => status(cli::campaign(&arguments), campaign_failure),
         Command::Merge(arguments) => status(cli::merge(&arguments), campaign_failure),

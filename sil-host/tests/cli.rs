@@ -72,7 +72,7 @@ fn unknown_names_are_wrong_usage() {
     assert!(
         message.starts_with("error: paper: ") && message.contains("built-in scenarios: paper-")
     );
-    assert_eq!(sil_host(&["fly"]).status.code(), Some(2));
+    assert_eq!(sil_host(&["no-such-command"]).status.code(), Some(2));
 }
 
 #[test]

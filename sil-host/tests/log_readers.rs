@@ -95,7 +95,11 @@ fn assert_ulog(name: &str, rate: &str, every: usize) -> (Value, bool) {
     assert_eq!(said["information"]["scenario"], name);
     assert_eq!(said["information"]["seed"], 1);
     let parameters = said["parameters"].as_object().expect("parameters");
-    assert_eq!(parameters.len(), expected.parameters.len());
+    assert_eq!(parameters.len(), expected.parameters.len() + 1);
+    assert_eq!(parameters["MAV_TYPE"], 2);
+    let version = said["information"]["ver_sw"].as_str().expect("a version");
+    assert_eq!(version, sil_host::log::description::COMMIT);
+    assert_eq!(said["information"]["ver_sw_release"], 0x0001_0000);
     for (key, value) in &expected.parameters {
         assert_eq!(parameters[key].as_f64().map(|x| x as f32), Some(*value), "{key}");
     }

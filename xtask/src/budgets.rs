@@ -11,7 +11,7 @@ use crate::elf::Image;
 use crate::estimator::{Cost, IMAGE};
 use crate::measurement::{Measurement, prepare};
 use crate::step_image::CONTROLLERS;
-use crate::{firmware, image_stack, step_image};
+use crate::{c_library, firmware, image_stack, step_image};
 
 const FILE: &str = "budgets.toml";
 /// RAM of the board that `memory.x` gives the linker (B).
@@ -29,11 +29,15 @@ struct Budgets {
 }
 
 /// One measured quantity.
-struct Row {
-    subject: &'static str,
-    quantity: &'static str,
-    unit: &'static str,
-    value: f64,
+pub struct Row {
+    /// Table of the file.
+    pub subject: &'static str,
+    /// Key in that table.
+    pub quantity: &'static str,
+    /// Unit, empty for a count.
+    pub unit: &'static str,
+    /// As measured.
+    pub value: f64,
 }
 
 /// Measures everything, prints the tables and judges.
@@ -71,6 +75,7 @@ fn measure() -> Result<Vec<Row>> {
         rows.extend(controller_rows(controller, &measurement));
     }
     rows.extend(estimator_rows()?);
+    rows.extend(c_library::cost_rows()?);
     rows.extend(firmware_rows()?);
     Ok(rows)
 }
@@ -173,7 +178,7 @@ fn controller_rows(subject: &'static str, measurement: &Measurement) -> Vec<Row>
 
 fn judge(budgets: &Budgets, rows: &[Row]) -> Result<()> {
     println!(
-        "\n{:<16} {:<24} {:>10} {:>10} {:>7}  verdict",
+        "\n{:<18} {:<24} {:>10} {:>10} {:>7}  verdict",
         "subject", "quantity", "measured", "limit", "slack"
     );
     let mut bad = 0;
@@ -191,7 +196,7 @@ fn judge(budgets: &Budgets, rows: &[Row]) -> Result<()> {
         let slack = slack.map_or("-".into(), |slack| format!("{:.1} %", 100.0 * slack));
         let value = format!("{value:.1}").replace(".0", "");
         let name = format!("{quantity}{}{unit}", if unit.is_empty() { "" } else { " " });
-        println!("{subject:<16} {name:<24} {value:>10} {limit:>10} {slack:>7}  {verdict}");
+        println!("{subject:<18} {name:<24} {value:>10} {limit:>10} {slack:>7}  {verdict}");
     }
     let known: usize = budgets.limits.values().map(BTreeMap::len).sum();
     ensure!(

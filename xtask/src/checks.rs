@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 
 use crate::shell::{cargo, run};
 use crate::toolchain::{TARGET, set_up};
-use crate::{budgets, doc_comments, firmware, fuzz, machine_code, wcet};
+use crate::{budgets, c_library, doc_comments, firmware, fuzz, machine_code, wcet, wheel};
 
 /// One thing that must succeed.
 pub struct Check {
@@ -26,11 +26,13 @@ pub const ALL: &[Check] = &[
     check("firmware images", firmware::build),
     check("tests, both tiers", all_tests),
     check("the paper's flights", paper_flights),
+    check("Python package", wheel::check),
     check("host instructions", host_instructions),
     check("core for the target", core_for_target),
     check("fuzz targets", fuzz::check),
     check("the paper's flights, image", flights_on_image),
     check("machine code of the steps", machine_code::check_all),
+    check("C library", c_library::check),
     check("worst-case timing", wcet::check),
     check("budgets", budgets::check),
 ];
@@ -109,7 +111,9 @@ fn lint_target() -> Result<()> {
         run(&mut cargo(all.copied()))
     };
     lint(&["-p", "ctrl-core"])?;
-    lint(&["-p", "step-image"])?;
+    lint(&["-p", "ctrl-c"])?;
+    lint(&["-p", "step-image", "--features", "c-interface"])?;
+    lint(&["-p", "mavlink-vehicle"])?;
     for variant in firmware::VARIANTS {
         lint(&["-p", "firmware", "--features", variant])?;
     }

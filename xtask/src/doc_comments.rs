@@ -12,8 +12,20 @@ const QUESTION_WORDS: [&str; 6] = ["What", "How", "Where", "Why", "Who", "Whethe
 const SHARE_MAX: f64 = 0.01;
 
 /// Folders with Rust sources.
-const FOLDERS: [&str; 9] =
-    ["ctrl-core", "examples", "firmware", "fuzz", "link", "sil-host", "sim", "tests", "xtask"];
+const FOLDERS: [&str; 12] = [
+    "ctrl-c",
+    "ctrl-core",
+    "examples",
+    "firmware",
+    "fuzz",
+    "link",
+    "mavlink-vehicle",
+    "python",
+    "sil-host",
+    "sim",
+    "tests",
+    "xtask",
+];
 
 /// A doc comment that opens with a question word.
 struct Finding {

@@ -41,7 +41,7 @@ impl Cost {
             let image = StepImage::open_at(IMAGE, function)?;
             stack = stack.max(image.graph.stack(&image.image)?.bytes);
             flash += image.graph.code_size();
-            counts.push(image.count(folder, function)?);
+            counts.push(image.count(folder)?);
         }
         let closing = agrees_with_host(folder)?;
         let corrections = by_kind(&counts[1])?;

@@ -25,8 +25,12 @@ const FLAGS: [&str; 8] = [
 ];
 
 /// The targets of `fuzz/Cargo.toml`, and how many inputs each gets: some ten seconds.
-const TARGETS: [(&str, u32); 3] =
-    [("frame_decoder", 40_000), ("parameter_writer", 5_000), ("trajectory_upload", 40_000)];
+const TARGETS: [(&str, u32); 4] = [
+    ("frame_decoder", 40_000),
+    ("mavlink_stream", 4_000),
+    ("parameter_writer", 5_000),
+    ("trajectory_upload", 40_000),
+];
 
 /// The one host: a target of its own keeps the flags off build scripts.
 const HOST: &str = "x86_64-unknown-linux-gnu";

@@ -35,8 +35,9 @@ fn objection(name: &str) -> Option<&'static str> {
     part.or(soft.then_some("a software float routine"))
 }
 
-/// Faults of the machine code that one controller's step can reach.
-fn faults(graph: &CallGraph, sources: &Sources, allowed: &[&str]) -> Result<Vec<String>> {
+/// Faults of the machine code that one controller's step can reach, but for functions with an `allowed` part in
+/// their names.
+pub fn faults(graph: &CallGraph, sources: &Sources, allowed: &[&str]) -> Result<Vec<String>> {
     let (mut faults, mut roots) = (Vec::new(), 0);
     for node in graph.nodes() {
         let name = &node.function.name;

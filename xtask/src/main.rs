@@ -1,6 +1,7 @@
 //! `cargo xtask`: the project's checks and measurements, from any folder of the repository.
 
 mod budgets;
+mod c_library;
 mod call_graph;
 mod checks;
 mod cycles;
@@ -21,6 +22,7 @@ mod sources;
 mod step_image;
 mod toolchain;
 mod wcet;
+mod wheel;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -33,11 +35,16 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   setup         install the toolchain's parts, the emulator and the tests' Python packages
   fuzz          a short run of each fuzz target
   machine-code  required and forbidden instructions in the control steps' machine code
+  python        the Python package: its wheel built, installed, tested and type-checked
   wcet          upper bounds on the instructions and cycles of the control steps
   budgets [--accept]
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
                 limits to what was measured
   estimator     instructions, memory and stack of the estimator alone
+  c-library [header | cost | install PREFIX [TARGET]]
+                build the C library and check it, from the header to tests in C; `header` generates the
+                header anew, `cost` measures the step through it, `install` builds for TARGET (this
+                machine's unless given) and installs
   firmware      flash, static RAM and worst-case stack of the firmware's image alone
   profile CONTROLLER [FLIGHT [ROWS]]
                 instructions of a step by function; CONTROLLER is robust-adaptive or saturated,
@@ -65,11 +72,17 @@ fn run() -> Result<()> {
         ["setup"] => toolchain::set_up(),
         ["fuzz"] => fuzz::check(),
         ["machine-code"] => machine_code::check_all(),
+        ["python"] => wheel::check(),
         ["wcet"] => wcet::check(),
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),
         ["estimator"] => budgets::print_estimator(),
         ["firmware"] => budgets::print_firmware(),
+        ["c-library"] => c_library::check(),
+        ["c-library", "cost"] => c_library::print_cost(),
+        ["c-library", "header"] => c_library::write_header(),
+        ["c-library", "install", prefix] => c_library::install(prefix, None),
+        ["c-library", "install", prefix, target] => c_library::install(prefix, Some(target)),
         ["profile", controller] => profile::run(controller, "paper", 40),
         ["profile", controller, flight] => profile::run(controller, flight, 40),
         ["profile", controller, flight, rows] => {

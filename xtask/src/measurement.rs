@@ -18,6 +18,11 @@ const STACK_MARGIN: u64 = 64;
 /// Builds images and plugin, and writes the flights.
 pub fn prepare() -> Result<()> {
     build()?;
+    write_samples()
+}
+
+/// Writes the flights.
+pub fn write_samples() -> Result<()> {
     run(&mut cargo(["run", "--quiet", "-p", "step-samples", "--", SAMPLES]))
 }
 
@@ -125,7 +130,7 @@ pub fn case_names(controller: &str) -> Result<Vec<String>> {
 }
 
 /// Every wrench and status has the bits that the host computed.
-fn agrees_with_host(flight: &Flight, folder: &Path) -> Result<()> {
+pub fn agrees_with_host(flight: &Flight, folder: &Path) -> Result<()> {
     let expected = read_words(&folder.join("expected.bin"))?;
     let (expected, rest) = expected.as_chunks::<5>();
     ensure!(
@@ -141,7 +146,7 @@ fn agrees_with_host(flight: &Flight, folder: &Path) -> Result<()> {
 }
 
 /// Every executed instruction is on a path that the bound considered.
-fn stays_on_paths(flight: &Flight, bounds: &Bounds) -> Result<()> {
+pub fn stays_on_paths(flight: &Flight, bounds: &Bounds) -> Result<()> {
     for (address, count) in flight.executed.iter().filter(|(_, count)| *count > 0) {
         ensure!(
             bounds.contains(*address),

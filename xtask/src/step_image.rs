@@ -26,8 +26,19 @@ const FOLDER: &str = "target/step-image";
 /// Builds the images and QEMU's counting plugin.
 pub fn build() -> Result<()> {
     run(&mut cargo(["build", "--release", "--quiet", "-p", "insn-count"]))?;
-    run(cargo(["build", "--release", "--quiet", "-p", "step-image", "--bins"])
+    build_images(&["--bins"])
+}
+
+/// Builds the images behind the C interface.
+pub fn build_c_interface() -> Result<()> {
+    let bins = ["--bin", "step-c-robust-adaptive", "--bin", "step-c-saturated"];
+    build_images(&[&["--features", "c-interface"], &bins[..]].concat())
+}
+
+fn build_images(selection: &[&str]) -> Result<()> {
+    run(cargo(["build", "--release", "--quiet", "-p", "step-image"])
         .args(["--target", TARGET, "--target-dir", FOLDER])
+        .args(selection)
         // -Z emit-stack-sizes is the only unstable thing used; it changes no code.
         .env("RUSTC_BOOTSTRAP", "1")
         .env("RUSTFLAGS", FLAGS)
@@ -47,8 +58,10 @@ pub struct StepImage {
     pub image: Image,
     /// All instructions.
     pub listing: Listing,
-    /// The step and all it can reach.
+    /// The measured function and all it can reach.
     pub graph: CallGraph,
+    /// Name of the measured function.
+    pub root: &'static str,
 }
 
 impl StepImage {
@@ -57,35 +70,35 @@ impl StepImage {
         Self::open_at(controller, STEP)
     }
 
-    /// Opens a built image, to look at its function `root`.
-    pub fn open_at(name: &str, root: &str) -> Result<Self> {
+    /// Opens a built image, to measure its function `root`.
+    pub fn open_at(name: &str, root: &'static str) -> Result<Self> {
         let path = path(name);
         let image = Image::read(&path)?;
         let listing = disassembly::disassemble(&path)?;
         let graph = CallGraph::walk(&image, &listing, root)?;
-        Ok(Self { path, image, listing, graph })
+        Ok(Self { path, image, listing, graph, root })
     }
 
     /// Flies the image through `folder/step-input.bin`.
     pub fn fly(&self, folder: &Path) -> Result<Flight> {
-        self.emulate(folder, STEP)?;
+        self.emulate(folder)?;
         Flight::read(folder)
     }
 
-    /// Runs the image in `folder`, and counts the instructions of each call of `root`.
-    pub fn count(&self, folder: &Path, root: &str) -> Result<Vec<u64>> {
-        self.emulate(folder, root)?;
+    /// Runs the image in `folder`, and counts the instructions of each call of its root.
+    pub fn count(&self, folder: &Path) -> Result<Vec<u64>> {
+        self.emulate(folder)?;
         Ok(read_counts(&folder.join("counts.txt"))?.0)
     }
 
-    fn emulate(&self, folder: &Path, root: &str) -> Result<()> {
+    fn emulate(&self, folder: &Path) -> Result<()> {
         let path = |relative: &Path| {
             std::path::absolute(relative).with_context(|| relative.display().to_string())
         };
         let plugin = path(Path::new("target/release/libinsn_count.so"))?;
         let image = path(&self.path)?;
         let mut arguments = format!("{},out=counts.txt", plugin.display());
-        arguments += &format!(",entry={:#x}", self.image.named(root)?.range.start);
+        arguments += &format!(",entry={:#x}", self.image.named(self.root)?.range.start);
         for node in self.graph.nodes() {
             let range = &node.function.range;
             arguments += &format!(",range={:#x}-{:#x}", range.start, range.end);

@@ -12,14 +12,27 @@ use crate::shell::{command, output, run, succeeds};
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 const COMPONENTS: [&str; 4] = ["llvm-tools", "rust-src", "rustfmt", "clippy"];
 /// Command that succeeds if a program is there, and the Debian package that holds it.
-const PROGRAMS: [(&[&str], &str); 6] = [
+const PROGRAMS: [(&[&str], &str); 13] = [
     (&["qemu-system-arm", "--version"], "qemu-system-arm"),
     (&["valgrind", "--version"], "valgrind"),
     (&["python3", "--version"], "python3"),
     (&["python3", "-c", "import ensurepip, venv"], "python3-venv"),
     (&["g++", "--version"], "g++"),           // libFuzzer
     (&["chromium", "--version"], "chromium"), // reports in a browser
+    (&["cmake", "--version"], "cmake"),       // from here on: the C library and its integrations
+    (&["pkg-config", "--version"], "pkg-config"),
+    (&["arm-none-eabi-gcc", "--version"], "gcc-arm-none-eabi"),
+    (&["sh", "-c", NEWLIB], "libnewlib-arm-none-eabi"),
+    (&["aarch64-linux-gnu-gcc", "--version"], "gcc-aarch64-linux-gnu"),
+    (&["sh", "-c", LIBC_AARCH64], "libc6-dev-arm64-cross"),
+    (&["qemu-aarch64", "--version"], "qemu-user"),
 ];
+
+/// Succeeds if C sources for the target find the headers of a C library.
+const NEWLIB: &str = "echo '#include <math.h>' | arm-none-eabi-gcc -fsyntax-only -xc -";
+
+/// The same for hosts with an aarch64 processor.
+const LIBC_AARCH64: &str = "echo '#include <math.h>' | aarch64-linux-gnu-gcc -fsyntax-only -xc -";
 
 /// Installs missing programs, or returns an error with the command to do so.
 pub fn set_up() -> Result<()> {
@@ -59,14 +72,19 @@ fn install(packages: &[&str]) -> Result<()> {
 /// Path of one of the toolchain's own LLVM tools.
 pub fn llvm_tool(name: &str) -> Result<PathBuf> {
     let sysroot = output(rustc().args(["--print", "sysroot"]))?;
-    let version = output(rustc().arg("-vV"))?;
-    let host = version.lines().find_map(|line| line.strip_prefix("host: "));
-    let host = host.context("rustc names no host")?;
-    let tool = [sysroot.trim(), "lib", "rustlib", host, "bin", name].iter().collect::<PathBuf>();
+    let host = host()?;
+    let tool = [sysroot.trim(), "lib", "rustlib", &host, "bin", name].iter().collect::<PathBuf>();
     if !tool.exists() {
         bail!("missing: {name}. Install it: rustup component add llvm-tools");
     }
     Ok(tool)
+}
+
+/// The triple of this machine.
+pub fn host() -> Result<String> {
+    let version = output(rustc().arg("-vV"))?;
+    let host = version.lines().find_map(|line| line.strip_prefix("host: "));
+    Ok(host.context("rustc names no host")?.to_owned())
 }
 
 fn rustc() -> Command {

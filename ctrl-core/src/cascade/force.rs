@@ -123,14 +123,35 @@ pub(crate) fn force_command(
     r: &Mat3,
     reference: &Reference,
 ) -> ForceCommand {
+    if law.integral.force.is_some() {
+        command::<true>(law, beta, delta_squared, d_hat, vehicle, r, reference)
+    } else {
+        command::<false>(law, beta, delta_squared, d_hat, vehicle, r, reference)
+    }
+}
+
+/// Step 1, once for each value of `INTEGRAL`.
+///
+/// `INTEGRAL` is whether the integral action of the force is on: without it, nothing of it is in the code.
+#[inline(always)]
+fn command<const INTEGRAL: bool>(
+    law: &Cascade,
+    beta: f32,
+    delta_squared: f32,
+    d_hat: Vec3,
+    vehicle: &VehicleState,
+    r: &Mat3,
+    reference: &Reference,
+) -> ForceCommand {
     let gains = &law.gains;
     let d1 = law.uncertainty.disturbance_acceleration;
     let specific_force = reference.specific_force();
+    let integral = if INTEGRAL { law.integral.force.as_ref() } else { None };
 
     // First pass: u.
     let shaped = Shaped::new(law, delta_squared, vehicle, reference);
     let mut u = shaped.command(law, specific_force.value); // (13)
-    if law.integral.force.is_some() {
+    if INTEGRAL {
         u -= d_hat;
     }
     let n = sqrt(u.length_squared());
@@ -140,7 +161,7 @@ pub(crate) fn force_command(
     let b3 = r.z_axis;
     let mut error_2 = minus_gravity(n * b3) - reference.acceleration_world;
     let mut lasting_rate = Vec3::ZERO;
-    if let Some(integral) = &law.integral.force {
+    if let Some(integral) = integral {
         error_2 += d_hat;
         lasting_rate = integral.rate(d_hat, horizontal(shaped.g));
     }
@@ -148,7 +169,7 @@ pub(crate) fn force_command(
     let sigma_dot = shaped.sigma1.first(first.lambda1) + shaped.sigma2.first(first.lambda2);
     let g_dot = gains.k2 * sigma_dot + gains.k1 * error_2;
     let mut u_dot = specific_force.first - sigma_dot - d1 * shaped.sign.first(g_dot);
-    if law.integral.force.is_some() {
+    if INTEGRAL {
         u_dot -= lasting_rate;
     }
     let n_dot = u.dot(u_dot) / n;
@@ -157,7 +178,7 @@ pub(crate) fn force_command(
     let rate = vehicle.rate_body;
     let b3_dot = rate.y * r.x_axis - rate.x * r.y_axis; // R (w × e3)
     let mut error_3 = n_dot * b3 + n * b3_dot - reference.jerk_world;
-    if law.integral.force.is_some() {
+    if INTEGRAL {
         error_3 += lasting_rate;
     }
     let second = Motion::new(law, error_2, error_3);
@@ -165,7 +186,7 @@ pub(crate) fn force_command(
         + shaped.sigma2.second(first.lambda2, second.lambda2);
     let g_ddot = gains.k2 * sigma_ddot + gains.k1 * error_3;
     let mut u_ddot = specific_force.second - sigma_ddot - d1 * shaped.sign.second(g_dot, g_ddot);
-    if let Some(integral) = &law.integral.force {
+    if let Some(integral) = integral {
         u_ddot -= integral.rate_dot(lasting_rate, horizontal(g_dot));
     }
 

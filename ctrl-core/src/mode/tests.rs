@@ -292,3 +292,17 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn readiness_says_what_an_arm_would_be_answered() {
+    let mut flight = Flight::new(&CONFIG);
+    let ready = |flight: &Flight| flight.supervisor.readiness(&flight.state);
+    assert_eq!(ready(&flight), Err(Refusal::StateStale));
+    flight.run(&GOOD, 3);
+    assert_eq!(ready(&flight), Ok(()));
+    flight.run(&FAULT, 1);
+    assert_eq!(ready(&flight), Err(Refusal::Fault));
+    flight.run(&GOOD, 3);
+    assert_eq!(ready(&flight), Err(Refusal::Locked));
+    assert_eq!(flight.order(Command::Arm), Err(Refusal::Locked));
+}

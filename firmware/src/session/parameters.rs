@@ -1,9 +1,11 @@
 //! Parameters of the chosen controller, by name and by index.
 
+use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::AdaptiveController;
 use link::{ControllerKind, Downlink, ParameterValue, Parameters, Rejection, Uplink};
 
 use super::{HostSession, copy};
+use crate::exchange::ControlStatus;
 use crate::scenario::Tuning;
 
 impl HostSession<'_> {
@@ -16,6 +18,41 @@ impl HostSession<'_> {
         (self.tuning, self.law, self.law_changed) = (tuning, law, true);
         self.in_force.changed = true;
         Ok(())
+    }
+
+    /// Number of parameters of the chosen controller.
+    #[must_use]
+    pub fn parameter_count(&self) -> u16 {
+        let count = match self.tuning.kind {
+            ControllerKind::RobustAdaptive => RobustAdaptiveConfig::TABLE.len(),
+            ControllerKind::Saturated => SaturatedConfig::TABLE.len(),
+        };
+        count as u16
+    }
+
+    /// Name and value of the parameter at `index`.
+    #[must_use]
+    pub fn parameter_at(&self, index: u16) -> Option<(&'static str, f32)> {
+        match self.tuning.kind {
+            ControllerKind::RobustAdaptive => self.tuning.robust_adaptive.parameter_at(index),
+            ControllerKind::Saturated => self.tuning.saturated.parameter_at(index),
+        }
+    }
+
+    /// Writes one parameter, as the message does.
+    ///
+    /// # Errors
+    /// The reason for a rejection; the value is then unchanged.
+    pub fn set_parameter(
+        &mut self,
+        name: &str,
+        value: f32,
+        status: ControlStatus,
+    ) -> Result<(), Rejection> {
+        if !status.on_ground() || self.storage.is_some() {
+            return Err(Rejection::NotNow);
+        }
+        self.write_parameter(name, value)
     }
 
     /// Writes one parameter, if the whole configuration is then valid.

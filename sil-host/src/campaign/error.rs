@@ -18,6 +18,8 @@ pub enum CampaignError {
     Results(PathBuf, String),
     /// Results cannot be read or written: where, and why.
     Output(PathBuf, String),
+    /// The progress asked for the end; what is written can be continued.
+    Interrupted,
 }
 
 impl CampaignError {
@@ -31,6 +33,7 @@ impl fmt::Display for CampaignError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Definition(error) => error.fmt(out),
+            Self::Interrupted => out.write_str("interrupted; the next call continues it"),
             Self::Usage(message) => out.write_str(message),
             Self::Results(path, message) | Self::Output(path, message) => {
                 write!(out, "{}: {message}", path.display())

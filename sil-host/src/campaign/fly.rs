@@ -43,7 +43,10 @@ pub fn fly(
     let missing = store.next()..share.end;
     progress.begin(share.len() as u32, share.len() as u32 - missing.len() as u32);
     let pool = pool(options.threads)?;
-    execute(campaign, missing, &pool, progress, |lines| store.append(lines))?;
+    execute(campaign, missing, &pool, progress, |lines| {
+        store.append(lines)?;
+        if progress.cancelled() { Err(CampaignError::Interrupted) } else { Ok(()) }
+    })?;
     conclude(&CampaignResults::open(&directory)?)
 }
 

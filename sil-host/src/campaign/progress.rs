@@ -7,6 +7,11 @@ pub trait CampaignProgress: Sync {
 
     /// Called after every run with its simulated time in all variants (s).
     fn run_completed(&self, flight_time: f64);
+
+    /// `true` to end the campaign after the runs that are being flown; a later call continues it.
+    fn cancelled(&self) -> bool {
+        false
+    }
 }
 
 /// No progress is shown.

@@ -3,6 +3,7 @@
 mod campaign;
 mod campaign_progress;
 mod flight_progress;
+mod fly;
 mod log;
 mod merge;
 mod pil;
@@ -13,6 +14,7 @@ mod tune;
 use clap::{Parser, Subcommand};
 
 pub use campaign::{CampaignArguments, campaign};
+pub use fly::{FlyArguments, fly};
 use log::LogArguments;
 pub use merge::{MergeArguments, merge};
 pub use pil::{PilArguments, pil};
@@ -45,6 +47,8 @@ pub enum Command {
     },
     /// Fly scenarios, check their guarantees, write traces and figures.
     Run(RunArguments),
+    /// Fly a vehicle in real time under a ground station or a script, on MAVLink.
+    Fly(FlyArguments),
     /// As `run`, with the controller in the firmware's image in QEMU, in lock step with the plant.
     Pil(PilArguments),
     /// Fly a scenario many times, with values drawn from distributions or taken from a grid.

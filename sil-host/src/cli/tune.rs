@@ -33,6 +33,9 @@ pub struct TuneArguments {
     /// Attitude error up to which the torque suffices for the bandwidth (rad); 0.15 by default.
     #[arg(long, value_name = "RAD")]
     pub attitude_range: Option<f64>,
+    /// Least phase margin behind rotors that lag or delay (deg); 30 by default.
+    #[arg(long, value_name = "DEG")]
+    pub phase_margin: Option<f64>,
     /// Write a complete scenario with the gains, ready for `run`.
     #[arg(long, value_name = "FILE")]
     pub write: Option<PathBuf>,
@@ -58,6 +61,7 @@ impl TuneArguments {
             margin: self.margin,
             position_range: self.position_range,
             attitude_range: self.attitude_range,
+            phase_margin_deg: self.phase_margin,
         }
     }
 }

@@ -1,10 +1,12 @@
 //! Facts about the whole flight in a log.
 
+use ctrl_core::allocation::RotorGeometry;
 use ctrl_core::controller::AdaptiveController;
 use ctrl_core::error::ConfigError;
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::Trajectory;
 use ctrl_core::vehicle::WrenchBounds;
+use firmware::vehicle::vehicle_config;
 use link::Parameters;
 
 use ctrl_core::controller::ControllerConfig;
@@ -12,6 +14,18 @@ use sim::scenario::{LoadedScenario, Scenario, ScenarioError};
 
 /// The program's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The commit that the program was built from; the version where that was not known.
+pub const COMMIT: &str = env!("GYRFALCON_COMMIT");
+
+/// The version as PX4 writes it: major, minor and patch in a byte each, then the kind of release (0:
+/// development).
+#[must_use]
+pub fn release() -> u32 {
+    let mut parts = VERSION.split('.').map(|part| part.parse::<u8>().unwrap_or(0));
+    let mut part = || parts.next().unwrap_or(0);
+    u32::from_be_bytes([part(), part(), part(), 0])
+}
 
 /// Facts known before the flight.
 #[derive(Clone, Debug)]
@@ -32,6 +46,8 @@ pub struct Description {
     pub step_period: f64,
     /// The set in which every wrench of the controller lies.
     pub bounds: WrenchBounds,
+    /// The rotors that the log allocates the command to: those of the firmware's vehicle.
+    pub geometry: Option<RotorGeometry>,
     /// The reference from start to end, at [`PATH`] instants or, in a short flight, at every tick.
     pub path: Vec<Reference>,
 }
@@ -55,6 +71,7 @@ impl Description {
             parameters: parameters(scenario),
             step_period: scenario.controller.step_period().into(),
             bounds: loaded.flight()?.controller().bounds(),
+            geometry: vehicle_config().ok().map(|vehicle| vehicle.geometry),
             path: path(scenario).map_err(|error| loaded.refusal(&error))?,
         })
     }

@@ -13,6 +13,7 @@ pub mod mcap;
 pub mod moment;
 pub mod note;
 pub mod px4;
+mod rotors;
 pub mod ulog;
 
 #[cfg(test)]
@@ -27,8 +28,9 @@ use ctrl_core::vehicle::WrenchBounds;
 
 use description::Description;
 use format::Format;
-use moment::Moment;
+use moment::{LoggedStatus, MOTORS, Moment};
 use note::{Note, StatusNotes};
+use rotors::Rotors;
 use sim::guarantee::Verdict;
 use sim::observer::Observer;
 use sim::tick::Tick;
@@ -71,6 +73,8 @@ pub struct LogOptions {
 pub struct FlightLog {
     every: u64,
     bounds: WrenchBounds,
+    rotors: Option<Rotors>,
+    mode: LoggedStatus,
     files: Vec<LogFile>,
     status: StatusNotes,
     /// Time of the latest tick (s).
@@ -106,11 +110,18 @@ impl FlightLog {
         Ok(Self {
             every: ticks_between(options.rate, description.step_period),
             bounds: description.bounds,
+            rotors: description.geometry.as_ref().and_then(Rotors::new),
+            mode: LoggedStatus::ON_TRAJECTORY,
             files,
             status: StatusNotes::default(),
             time: 0.0,
             error: None,
         })
+    }
+
+    /// Sets the mode from the next tick on; a flight along a trajectory needs none.
+    pub fn set_mode(&mut self, mode: LoggedStatus) {
+        self.mode = mode;
     }
 
     /// Writes to every file, unless one has failed.
@@ -148,7 +159,8 @@ impl Observer for FlightLog {
         self.status.observe(tick.output.status, tick.time, |note| notes.push(note));
         notes.iter().for_each(|note| self.write(|writer| writer.note(note)));
         if tick.tick.is_multiple_of(self.every) {
-            let moment = Moment { tick: *tick, bounds: self.bounds };
+            let motors = self.rotors.as_ref().map_or([f32::NAN; MOTORS], |r| r.controls(tick));
+            let moment = Moment { tick: *tick, bounds: self.bounds, motors, status: self.mode };
             self.write(|writer| writer.moment(&moment));
         }
     }

@@ -1,5 +1,6 @@
 //! One logged tick, and the set-points derived from it.
 
+use ctrl_core::mode::navigation::NavigationMode;
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::WrenchBounds;
 use glam::{DMat3, DQuat, DVec3};
@@ -13,6 +14,46 @@ pub struct Moment {
     pub tick: Tick,
     /// The set in which every wrench of the controller lies.
     pub bounds: WrenchBounds,
+    /// Thrust of each rotor over its limit; NaN for one that stands still or is not there.
+    pub motors: [f32; MOTORS],
+    /// Mode of the flight.
+    pub status: LoggedStatus,
+}
+
+/// Rotors in PX4's topic.
+pub const MOTORS: usize = 12;
+
+/// Mode of the flight at an instant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LoggedStatus {
+    /// `true` while the vehicle is armed.
+    pub armed: bool,
+    /// Mode of the navigation; offboard in a flight along a trajectory.
+    pub navigation: NavigationMode,
+}
+
+impl LoggedStatus {
+    /// Armed, along a trajectory.
+    pub const ON_TRAJECTORY: Self = Self { armed: true, navigation: NavigationMode::Offboard };
+
+    /// PX4's `arming_state`.
+    #[must_use]
+    pub const fn arming_state(self) -> u8 {
+        if self.armed { 2 } else { 1 }
+    }
+
+    /// PX4's `nav_state`.
+    #[must_use]
+    pub const fn navigation_state(self) -> u8 {
+        match self.navigation {
+            NavigationMode::Mission => 3,
+            NavigationMode::Hold => 4,
+            NavigationMode::Return => 5,
+            NavigationMode::Offboard => 14,
+            NavigationMode::TakeOff => 17,
+            NavigationMode::Land => 18,
+        }
+    }
 }
 
 impl Moment {

@@ -6,7 +6,7 @@ use ctrl_core::vehicle::WrenchBounds;
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use super::frame::{frd, ned, ned_from_frd, yaw};
-use super::moment::{Moment, reference_attitude};
+use super::moment::{MOTORS, Moment, reference_attitude};
 use sim::quantity::Quantity;
 use sim::quantity::Value::{self, Quaternion, Single, Time, Vector};
 
@@ -22,6 +22,30 @@ pub struct Px4Topic {
     pub meaning: &'static str,
     /// Fields in the order of writing.
     pub fields: &'static [Field],
+    /// Fields of types that PX4's topics alone have, after the others.
+    pub more: &'static [More],
+}
+
+/// A field of a type that PX4's topics alone have.
+#[derive(Debug)]
+pub struct More {
+    /// Name.
+    pub name: &'static str,
+    /// Unit, `-` for none.
+    pub unit: &'static str,
+    /// Meaning.
+    pub meaning: &'static str,
+    /// Type, and the function that reads it.
+    pub value: MoreValue,
+}
+
+/// The type of such a field together with the function that reads it.
+#[derive(Clone, Copy, Debug)]
+pub enum MoreValue {
+    /// A number for each motor.
+    Motors(fn(&Moment) -> [f32; MOTORS]),
+    /// A state of an enumeration of PX4.
+    State(fn(&Moment) -> u8),
 }
 
 const fn field(
@@ -49,6 +73,8 @@ const ALL: &[&Px4Topic] = &[
     &VEHICLE_LOCAL_POSITION_SETPOINT,
     &TRAJECTORY_SETPOINT,
     &VEHICLE_THRUST_SETPOINT,
+    &ACTUATOR_MOTORS,
+    &VEHICLE_STATUS,
 ];
 
 const SAMPLED: Field = field("timestamp_sample", "us", "as timestamp", Time(|m| m.tick.time));
@@ -65,6 +91,7 @@ const VEHICLE_ATTITUDE: Px4Topic = Px4Topic {
             Quaternion(|m| rotation(ned_from_frd(m.tick.truth.attitude))),
         ),
     ],
+    more: &[],
 };
 
 const VEHICLE_ANGULAR_VELOCITY: Px4Topic = Px4Topic {
@@ -74,6 +101,7 @@ const VEHICLE_ANGULAR_VELOCITY: Px4Topic = Px4Topic {
         SAMPLED,
         field("xyz", "rad/s", "FRD", Vector(|m| vector(frd(m.tick.truth.rate_body)))),
     ],
+    more: &[],
 };
 
 const VEHICLE_LOCAL_POSITION: Px4Topic = Px4Topic {
@@ -94,6 +122,7 @@ const VEHICLE_LOCAL_POSITION: Px4Topic = Px4Topic {
             Single(|m| yaw(ned_from_frd(m.tick.truth.attitude)) as f32),
         ),
     ],
+    more: &[],
 };
 
 const VEHICLE_ATTITUDE_SETPOINT: Px4Topic = Px4Topic {
@@ -108,6 +137,7 @@ const VEHICLE_ATTITUDE_SETPOINT: Px4Topic = Px4Topic {
         ),
         field("thrust_body", "-", "as vehicle_thrust_setpoint", Vector(normalised_thrust)),
     ],
+    more: &[],
 };
 
 const VEHICLE_RATES_SETPOINT: Px4Topic = Px4Topic {
@@ -124,6 +154,7 @@ const VEHICLE_RATES_SETPOINT: Px4Topic = Px4Topic {
         field("yaw", "rad/s", "the same", Single(|m| rates(m).z)),
         field("thrust_body", "-", "as vehicle_thrust_setpoint", Vector(normalised_thrust)),
     ],
+    more: &[],
 };
 
 const VEHICLE_LOCAL_POSITION_SETPOINT: Px4Topic = Px4Topic {
@@ -144,6 +175,7 @@ const VEHICLE_LOCAL_POSITION_SETPOINT: Px4Topic = Px4Topic {
         ),
         field("yaw", "rad", "heading of the reference", Single(wanted_yaw)),
     ],
+    more: &[],
 };
 
 const TRAJECTORY_SETPOINT: Px4Topic = Px4Topic {
@@ -161,18 +193,59 @@ const TRAJECTORY_SETPOINT: Px4Topic = Px4Topic {
         field("jerk", "m/s^3", "NED", Vector(|m| wanted(m.tick.reference.jerk_world))),
         field("yaw", "rad", "heading of the reference", Single(wanted_yaw)),
     ],
+    more: &[],
 };
 
 const VEHICLE_THRUST_SETPOINT: Px4Topic = Px4Topic {
     name: "vehicle_thrust_setpoint",
     meaning: "thrust over its upper bound (20)",
     fields: &[SAMPLED, field("xyz", "-", "FRD", Vector(normalised_thrust))],
+    more: &[],
+};
+
+const ACTUATOR_MOTORS: Px4Topic = Px4Topic {
+    name: "actuator_motors",
+    meaning: "rotors of the firmware's vehicle, from the allocation of the command",
+    fields: &[SAMPLED],
+    more: &[More {
+        name: "control",
+        unit: "-",
+        meaning: "thrust over the rotor's limit; NaN while it stands still, and for rotors that are not there",
+        value: MoreValue::Motors(|m| m.motors),
+    }],
+};
+
+const VEHICLE_STATUS: Px4Topic = Px4Topic {
+    name: "vehicle_status",
+    meaning: "mode, in PX4's numbers",
+    fields: &[],
+    more: &[
+        More {
+            name: "arming_state",
+            unit: "-",
+            meaning: "1 disarmed, 2 armed",
+            value: MoreValue::State(|m| m.status.arming_state()),
+        },
+        More {
+            name: "nav_state",
+            unit: "-",
+            meaning: "3 mission, 4 hold, 5 return, 14 offboard (a flight along a trajectory, too), 17 take-off, 18 land",
+            value: MoreValue::State(|m| m.status.navigation_state()),
+        },
+        More {
+            name: "vehicle_type",
+            unit: "-",
+            meaning: "1, rotary wing",
+            value: MoreValue::State(|_| 1),
+        },
+    ],
 };
 
 const VEHICLE_TORQUE_SETPOINT: Px4Topic = Px4Topic {
     name: "vehicle_torque_setpoint",
     meaning: "torque over `M_tau`; controller 2 only",
     fields: &[SAMPLED, field("xyz", "-", "FRD", Vector(normalised_torque))],
+    more: &[],
 };
 
 fn vector(v: DVec3) -> Vec3 {

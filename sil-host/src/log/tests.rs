@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use ctrl_core::vehicle::WrenchBounds;
 use sim::quantity::{Quantity, TOPICS};
 
+use super::moment::MOTORS;
 use super::{PREFIX, px4, ticks_between};
 
 const BOUNDS: WrenchBounds = WrenchBounds { thrust_min: 1.0, thrust_max: 12.0, torque_max: 0.05 };
@@ -19,7 +20,8 @@ fn all() -> Vec<(String, &'static str, Vec<Field>)> {
         (format!("{PREFIX}_{}", topic.name), topic.meaning, fields)
     });
     let px4 = px4::topics(&BOUNDS).map(|topic| {
-        (topic.name.to_owned(), topic.meaning, topic.fields.iter().map(field).collect())
+        let more = topic.more.iter().map(more);
+        (topic.name.to_owned(), topic.meaning, topic.fields.iter().map(field).chain(more).collect())
     });
     own.chain(px4).collect()
 }
@@ -32,6 +34,14 @@ fn field<I>(it: &Quantity<I>) -> Field {
         Bits(_) => 2,
     };
     (it.field, it.unit, it.meaning, (size, it.width()))
+}
+
+fn more(it: &px4::More) -> Field {
+    let size = match it.value {
+        px4::MoreValue::Motors(_) => (4, MOTORS),
+        px4::MoreValue::State(_) => (1, 1),
+    };
+    (it.name, it.unit, it.meaning, size)
 }
 
 #[test]

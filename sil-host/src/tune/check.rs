@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::proposal::Proposal;
 use crate::campaign::{
-    Campaign, CampaignError, CampaignOverrides, Definition, RunOutcome, Sampling,
+    Campaign, CampaignError, CampaignOverrides, CampaignProgress, Definition, RunOutcome, Sampling,
     VariantDefinition, Vary, fly_run,
 };
 
@@ -55,10 +55,27 @@ impl Check {
 /// # Errors
 /// When the campaign cannot be read: a fault of this program.
 pub fn check(proposal: &Proposal) -> Result<Check, CampaignError> {
+    check_watched(proposal, &())
+}
+
+/// As [`check`], with its progress watched.
+///
+/// # Errors
+/// As [`check`], and when `progress` asks for the end.
+pub fn check_watched(
+    proposal: &Proposal,
+    progress: &dyn CampaignProgress,
+) -> Result<Check, CampaignError> {
     let campaign = campaign(proposal)?;
     let columns = campaign.guarantees();
-    let runs: Vec<_> =
-        (0..campaign.runs()).into_par_iter().map(|index| fly_run(&campaign, index)).collect();
+    progress.begin(campaign.runs(), 0);
+    let runs = (0..campaign.runs()).into_par_iter().map(|index| {
+        let run = (!progress.cancelled()).then(|| fly_run(&campaign, index))?;
+        progress.run_completed(run.flight_time);
+        Some(run)
+    });
+    let runs: Option<Vec<_>> = runs.collect();
+    let runs = runs.ok_or(CampaignError::Interrupted)?;
     let rows: Vec<_> = runs.into_iter().flat_map(|run| run.rows).collect();
     let judged = columns.iter().enumerate().filter(|(_, it)| it.name.ends_with("after settling"));
     let comparisons = judged.zip(proposal.bounds()).map(|((column, it), predicted)| Comparison {

@@ -11,6 +11,7 @@ use super::assembly::assembled;
 use super::digits::{rounded, rounded_down};
 use super::hover::Hover;
 use super::infeasible::{Infeasible, Remedy};
+use super::margin::{Rotors, margins};
 use super::request::Request;
 use super::room::{acceleration, auxiliary_gain};
 use super::survey::{LoopSurvey, Which};
@@ -88,17 +89,6 @@ struct Factors {
 /// # Errors
 /// The inequality that no choice of gains meets.
 pub fn design(request: &Request) -> Result<ControllerConfig, Infeasible> {
-    attempt(request).map_err(|mut error| {
-        if let Some(words) =
-            error.remedy.and_then(|(remedy, value)| remedy.sufficient(request, value, attempt))
-        {
-            error.remedies.insert(0, words);
-        }
-        error
-    })
-}
-
-fn attempt(request: &Request) -> Result<ControllerConfig, Infeasible> {
     let mut outcomes = ROTATION_SLOPES.iter().map(|&slope| search(request, slope));
     let steepest = outcomes.next().expect("there are slopes to try");
     // The error of the least slope is that of the gains that ask least of the step period.
@@ -173,10 +163,37 @@ fn search(request: &Request, rotation_slope: f64) -> Result<ControllerConfig, In
             short(lateral.damping.value, asked, &mut factors.attitude_damping, (&lateral, false));
         }
         if fault.is_none() {
-            return Ok(law);
+            return behind_rotors(request, law);
         }
     }
     Err(poles_out_of_reach(request, &fault.expect("a fault kept the search going")))
+}
+
+/// `law`, if its loops have the phase margin asked for behind rotors that lag or delay.
+fn behind_rotors(request: &Request, law: ControllerConfig) -> Result<ControllerConfig, Infeasible> {
+    let Rotors { lag, delay } = request.rotors;
+    if request.rotors.is_prompt() {
+        return Ok(law);
+    }
+    let asked = request.wanted.phase_margin_deg;
+    let all = margins(&law, &request.rotors);
+    let least = all.into_iter().min_by(|a, b| a.phase.total_cmp(&b.phase));
+    let Some(least) = least.filter(|it| it.phase.to_degrees() < asked) else { return Ok(law) };
+    Err(Infeasible {
+        inequality: format!(
+            "phase margin asked of the loop of {} against what rotors with a lag of {} s and a delay of {} s \
+             leave it (with this delay it is stable up to a lag of {} s)",
+            least.which.name(),
+            number(lag),
+            number(delay),
+            number(least.lag),
+        ),
+        left: asked,
+        right: least.phase.to_degrees(),
+        unit: "deg",
+        remedies: vec!["faster rotors".to_owned(), "a smaller disturbance_torque".to_owned()],
+        remedy: Some((Remedy::AttitudeBandwidth, request.wanted.attitude_bandwidth)),
+    })
 }
 
 fn poles_out_of_reach(request: &Request, (survey, bandwidth): &(LoopSurvey, bool)) -> Infeasible {
@@ -199,15 +216,12 @@ fn poles_out_of_reach(request: &Request, (survey, bandwidth): &(LoopSurvey, bool
         left: asked,
         right: met.value,
         unit,
-        remedies: vec![
-            format!(
-                "wanted.{} at most {}",
-                if *bandwidth { "position_bandwidth" } else { "damping" },
-                number(met.value)
-            ),
-            "a narrower interval of the inertia".to_owned(),
-        ],
-        remedy: None,
+        remedies: vec!["a narrower interval of the inertia".to_owned()],
+        remedy: Some(match (bandwidth, survey.which) {
+            (false, _) => (Remedy::Damping, met.value),
+            (true, Which::Attitude) => (Remedy::AttitudeBandwidth, met.value),
+            (true, _) => (Remedy::PositionBandwidth, met.value),
+        }),
     }
 }
 

@@ -3,9 +3,10 @@
 
 use ctrl_core::controller::ControllerConfig;
 use sim::scenario::BuiltIn;
-use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
+use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 
 use super::digits::decimal;
+use super::margin::Rotors;
 use super::proposal::Proposal;
 
 /// Scenario that hovers, with controller 1.
@@ -55,6 +56,19 @@ impl Proposal {
         ];
         for (path, value) in values {
             fill(path.iter().fold(document.as_item_mut(), |item, key| &mut item[*key]), value);
+        }
+        if !request.rotors.is_prompt() {
+            let mut actuation = Table::new();
+            let Rotors { lag, delay } = request.rotors;
+            for (key, value, comment) in [
+                ("delay", delay, "of a command [s]"),
+                ("rotor_lag", lag, "time constant of thrust and torque [s]"),
+            ] {
+                let value = Value::from(value).decorated(" ", format!("    # {comment}"));
+                actuation.insert(key, Item::Value(value));
+            }
+            actuation.decor_mut().set_prefix("\n# Between command and wrench.\n");
+            document["actuation"] = Item::Table(actuation);
         }
         if let Some(disturbance) = document["disturbance"].as_table_mut() {
             disturbance.remove("gust");

@@ -78,7 +78,14 @@ pub struct Loop {
     pub pushes: [DVec4; 2],
     /// Outputs.
     pub outputs: Outputs,
-    dt: f64,
+    /// Row of the acceleration that the wrench gives: the law, closed over the states.
+    pub command: DVec4,
+    /// The state whose rate that acceleration is.
+    pub driven: DVec4,
+    /// Chain from that acceleration to each state: coefficient and number of integrators.
+    pub chain: [(f64, i32); 4],
+    /// Step period (s).
+    pub dt: f64,
 }
 
 impl Loop {
@@ -198,6 +205,9 @@ impl Hover {
             sampled: from_rows(sampled),
             pushes: [v, w / corner.inertia],
             outputs: Outputs { position: e, attitude, tilt: x, rate_error, g },
+            command: spin,
+            driven: DVec4::W,
+            chain: [(G, 4), (G, 3), (1.0, 2), (1.0, 1)],
             dt,
         }
     }
@@ -219,6 +229,9 @@ impl Hover {
             sampled: from_rows([v + dt / 2.0 * acceleration, acceleration, learning, DVec4::ZERO]),
             pushes: [v, DVec4::ZERO],
             outputs: Outputs { position: e, g, ..Outputs::default() },
+            command: -kp * e - kv * v,
+            driven: DVec4::Y,
+            chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
             dt,
         }
     }
@@ -236,6 +249,9 @@ impl Hover {
             sampled: from_rows([w + self.dt / 2.0 * spin, spin, DVec4::ZERO, DVec4::ZERO]),
             pushes: [DVec4::ZERO, w / corner.inertia],
             outputs: Outputs { attitude: x, tilt: x, rate_error, ..Outputs::default() },
+            command: spin,
+            driven: DVec4::Y,
+            chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
             dt: self.dt,
         }
     }

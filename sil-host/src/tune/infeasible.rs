@@ -4,12 +4,14 @@ use core::fmt;
 
 use super::digits::{rounded_down, rounded_up};
 use super::request::Request;
-use ctrl_core::controller::ControllerConfig;
 use sim::number::number;
 
 /// Factor by which a value is moved at a time until the request is feasible, and how often at most.
-const GROWTH: f64 = 1.04;
-const ROUNDS: u32 = 60;
+const GROWTH: f64 = 1.25;
+const ROUNDS: i32 = 16;
+
+/// Halvings of the last interval, down to 1.5 %.
+const HALVINGS: u32 = 4;
 
 /// Inequality that no gains meet, its two sides, and remedies.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,50 +39,68 @@ pub enum Remedy {
     TorqueMax,
     /// `step_period` (s), shorter.
     StepPeriod,
+    /// `wanted.attitude_bandwidth` (rad/s), smaller.
+    AttitudeBandwidth,
+    /// `wanted.position_bandwidth` (rad/s), smaller.
+    PositionBandwidth,
+    /// `wanted.damping`, smaller.
+    Damping,
 }
 
 impl Remedy {
+    /// Key in a vehicle file, `true` if a larger value helps, and the unit.
+    fn parts(self) -> (&'static str, bool, &'static str) {
+        match self {
+            Self::ThrustMax => ("thrust_max", true, " N"),
+            Self::TorqueMax => ("torque_max", true, " N m"),
+            Self::StepPeriod => ("step_period", false, " s"),
+            Self::AttitudeBandwidth => ("wanted.attitude_bandwidth", false, " rad/s"),
+            Self::PositionBandwidth => ("wanted.position_bandwidth", false, " rad/s"),
+            Self::Damping => ("wanted.damping", false, ""),
+        }
+    }
+
     /// The request with this value.
     fn applied(self, request: &Request, value: f64) -> Request {
         let mut request = request.clone();
+        let options = &mut request.options;
         match (self, &mut request.limits) {
             (Self::ThrustMax, Some(limits)) => limits.thrust_max = value as f32,
             (Self::TorqueMax, Some(limits)) => limits.torque_max = value as f32,
             (Self::StepPeriod, _) => request.step_period = value as f32,
+            (Self::AttitudeBandwidth, _) => options.attitude_bandwidth = Some(value),
+            (Self::PositionBandwidth, _) => options.position_bandwidth = Some(value),
+            (Self::Damping, _) => options.damping = Some(value),
             (_, None) => {}
         }
         request.completed()
     }
 
-    /// First value, from `value` on, with which another inequality fails or none; the search may need
-    /// more than the gains that were refused first.
+    /// A value, from `value` on, with which gains meet the request; none if this value alone does not help.
+    /// A sweep finds one, and halving the last interval a close one.
     pub(super) fn sufficient(
         self,
         request: &Request,
         value: f64,
-        attempt: impl Fn(&Request) -> Result<ControllerConfig, Infeasible>,
+        meets: impl Fn(&Request) -> bool,
     ) -> Option<String> {
-        let shorter = self == Self::StepPeriod;
-        let mut value = value;
-        for _ in 0..ROUNDS {
-            value = if shorter { rounded_down(value) } else { rounded_up(value) };
-            match attempt(&self.applied(request, value)) {
-                Err(Infeasible { remedy: Some((remedy, _)), .. }) if remedy == self => {
-                    value *= if shorter { 1.0 / GROWTH } else { GROWTH };
-                }
-                _ => return Some(self.words(value)),
+        let (key, larger, unit) = self.parts();
+        let round = |value| if larger { rounded_up(value) } else { rounded_down(value) };
+        let passes = |value| meets(&self.applied(request, value));
+        let step = if larger { GROWTH } else { 1.0 / GROWTH };
+        let mut sweep = (0..ROUNDS).map(|n| round(value * step.powi(n)));
+        let mut good = sweep.find(|&value| passes(value))?;
+        let mut bad = good / step;
+        for _ in 0..HALVINGS {
+            let middle = round((good * bad).sqrt());
+            if good != round(value) && middle != good && passes(middle) {
+                good = middle;
+            } else {
+                bad = middle;
             }
         }
-        None
-    }
-
-    fn words(self, value: f64) -> String {
-        let value = number(value);
-        match self {
-            Self::ThrustMax => format!("thrust_max >= {value} N"),
-            Self::TorqueMax => format!("torque_max >= {value} N m"),
-            Self::StepPeriod => format!("step_period <= {value} s"),
-        }
+        let relation = if larger { ">=" } else { "<=" };
+        Some(format!("{key} {relation} {}{unit}", number(good)))
     }
 }
 

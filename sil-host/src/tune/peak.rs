@@ -3,9 +3,12 @@
 //! one that switches sign with the response reaches. What has no mean: five standard deviations under
 //! white noise of the step rate.
 
+use std::collections::VecDeque;
+
 use glam::{DMat4, DVec4};
 
 use super::hover::{Corner, Hover, Loop, Outputs};
+use super::margin::Rotors;
 use super::survey::Which;
 
 /// Largest magnitude of each output.
@@ -56,6 +59,9 @@ const ITERATIONS: u32 = 40;
 /// Standard deviations that noise is taken to reach: beyond, once in two million independent values.
 const DEVIATIONS: f64 = 5.0;
 
+/// Steps per time constant of the rotors.
+const ROTOR_RESOLUTION: f64 = 8.0;
+
 /// Bounds of the disturbances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disturbances {
@@ -65,17 +71,23 @@ pub struct Disturbances {
     pub noise: [f64; 2],
 }
 
-/// Peaks of the loop `which` at the inertias and mass of `corner`.
+/// Peaks of the loop `which` behind `rotors` at the inertias and mass of `corner`.
 ///
 /// The smooth sign of a signal up to `x` acts at least with the slope of its secant there,
 /// `1/sqrt(x^2 + delta^2)`. The slopes start at zero signal and fall until they fit the peaks that they
 /// lead to.
 #[must_use]
-pub fn peaks(which: Which, hover: &Hover, corner: &Corner, disturbances: &Disturbances) -> Peaks {
+pub fn peaks(
+    which: Which,
+    hover: &Hover,
+    corner: &Corner,
+    disturbances: &Disturbances,
+    rotors: &Rotors,
+) -> Peaks {
     let mut corner = Corner { translation_slope: 1.0, rotation_slope: 1.0, ..*corner };
     let mut found = Peaks::default();
     for _ in 0..ITERATIONS {
-        found = linear_peaks(&which.at(hover, &corner), hover.dt, disturbances);
+        found = linear_peaks(&which.at(hover, &corner), hover.dt, disturbances, rotors);
         let secant = |peak: f64, delta: f32| 1.0 / (peak / f64::from(delta)).hypot(1.0);
         let translation = secant(found.g, hover.cascade.delta_min_translation);
         let rotation = secant(found.rate_error, hover.cascade.delta_min_rotation);
@@ -89,20 +101,27 @@ pub fn peaks(which: Which, hover: &Hover, corner: &Corner, disturbances: &Distur
     found
 }
 
-fn linear_peaks(of: &Loop, dt: f64, disturbances: &Disturbances) -> Peaks {
+fn linear_peaks(of: &Loop, dt: f64, disturbances: &Disturbances, rotors: &Rotors) -> Peaks {
     let poles = of.continuous_poles();
     let slowest = poles.iter().map(|pole| -pole.re).fold(f64::INFINITY, f64::min);
     let fastest = poles.iter().map(|pole| pole.modulus()).fold(0.0, f64::max);
     if slowest.is_nan() || slowest <= 0.0 {
         return Peaks::default().zip(Peaks::default(), |_, _| f64::INFINITY);
     }
-    let h = 1.0 / (RESOLUTION * fastest);
+    let mut h = 1.0 / (RESOLUTION * fastest);
+    for time in [rotors.lag, rotors.delay].into_iter().filter(|&time| time > 0.0) {
+        h = h.min(time / ROTOR_RESOLUTION);
+    }
     let steps = (TAIL / (slowest * h)).min(STEPS_MAX) as u32;
     let Disturbances { lasting, noise } = *disturbances;
     let mut sum = Peaks::default();
     for ((push, lasting), noise) in of.pushes.into_iter().zip(lasting).zip(noise) {
         if push != DVec4::ZERO && lasting + noise > 0.0 {
-            let area = impulse_area(&of.continuous, push, &of.outputs, h, steps);
+            let area = if rotors.is_prompt() {
+                impulse_area(&of.continuous, push, &of.outputs, h, steps)
+            } else {
+                impulse_area_behind(rotors, of, push, h, steps)
+            };
             // A uniform value has a third of its bound's square as variance.
             let deviation = |square: f64| noise * (dt / 3.0 * square).sqrt();
             let peak = area.magnitude.zip(area.square, |magnitude, square| {
@@ -124,6 +143,44 @@ struct Area {
 /// Integrals of magnitude and square of each output after the impulse `push` (RK4, trapezoids).
 fn impulse_area(a: &DMat4, push: DVec4, outputs: &Outputs, h: f64, steps: u32) -> Area {
     let advance = rk4(a, h);
+    area(outputs, push, h, steps, |x| advance * x)
+}
+
+/// The same with the wrench behind `rotors`: the acceleration of the law passes a delay line and a lag.
+fn impulse_area_behind(rotors: &Rotors, of: &Loop, push: DVec4, h: f64, steps: u32) -> Area {
+    let columns = of.driven;
+    // Without the law: a chain of integrators, whose series ends.
+    let outer = |gain: f64| of.driven * gain;
+    let command = of.command;
+    let law =
+        DMat4::from_cols(outer(command.x), outer(command.y), outer(command.z), outer(command.w));
+    let a = (of.continuous - law) * h;
+    let (a2, i) = (a * a, DMat4::IDENTITY);
+    let a3 = a2 * a;
+    let free = i + a + a2 * 0.5 + a3 * (1.0 / 6.0);
+    let driven = (i + a * 0.5 + a2 * (1.0 / 6.0) + a3 * (1.0 / 24.0)) * columns * h;
+    let kept = if rotors.lag > 0.0 { (-h / rotors.lag).exp() } else { 0.0 };
+    let late = (rotors.delay / h).round() as usize;
+    let mut line = VecDeque::from(vec![0.0; late + 1]);
+    let mut acceleration = 0.0;
+    area(&of.outputs, push, h, steps, |x| {
+        line.push_back(command.dot(x));
+        let asked = line.pop_front().unwrap_or_default();
+        let next = asked + (acceleration - asked) * kept;
+        let mean = 0.5 * (acceleration + next);
+        acceleration = next;
+        free * x + driven * mean
+    })
+}
+
+/// Integrals over the states that `advance` leads through.
+fn area(
+    outputs: &Outputs,
+    push: DVec4,
+    h: f64,
+    steps: u32,
+    mut advance: impl FnMut(DVec4) -> DVec4,
+) -> Area {
     let seen = |x: DVec4| Peaks {
         position: outputs.position.dot(x).abs(),
         attitude: outputs.attitude.dot(x).abs(),
@@ -135,7 +192,7 @@ fn impulse_area(a: &DMat4, push: DVec4, outputs: &Outputs, h: f64, steps: u32) -
     let mut area = Area::default();
     let mut before = seen(x);
     for _ in 0..steps {
-        x = advance * x;
+        x = advance(x);
         let now = seen(x);
         let magnitude = before.zip(now, |a, b| 0.5 * h * (a + b));
         let square = before.zip(now, |a, b| 0.5 * h * (a * a + b * b));
@@ -156,6 +213,32 @@ fn rk4(a: &DMat4, h: f64) -> DMat4 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Rotors that are nearly prompt change nothing; slow ones raise the peaks.
+    #[test]
+    fn areas_behind_rotors_approach_those_without() {
+        let command = DVec4::new(-1.0, -2.0, 0.0, 0.0);
+        let rows = [DVec4::Y, command, DVec4::ZERO, DVec4::ZERO];
+        let continuous = DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
+        let of = Loop {
+            order: 2,
+            continuous,
+            sampled: continuous,
+            pushes: [DVec4::ZERO; 2],
+            outputs: Outputs { position: DVec4::X, ..Outputs::default() },
+            command,
+            driven: DVec4::Y,
+            chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
+            dt: 1e-3,
+        };
+        let behind = |lag: f64, delay: f64| {
+            let rotors = Rotors { lag, delay };
+            impulse_area_behind(&rotors, &of, DVec4::Y, 0.002, 30_000).magnitude.position
+        };
+        assert!((behind(0.005, 0.002) - 1.0).abs() < 0.02, "{}", behind(0.005, 0.002));
+        // lag s^3 + s^2 + 2 s + 1 with lag 1 rings: the area is larger.
+        assert!(behind(1.0, 0.0) > 1.2 && behind(1.0, 0.3) > behind(1.0, 0.0));
+    }
 
     /// `e'' = -2 e' - e + d` is critically damped: its impulse response `t exp(-t)` has area one, and
     /// that of the velocity, `(1 - t) exp(-t)`, has `2/e`.

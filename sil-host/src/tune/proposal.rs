@@ -4,6 +4,7 @@ use super::design::design;
 use super::digits::rounded_up;
 use super::hover::Hover;
 use super::infeasible::Infeasible;
+use super::margin::{Margins, margins};
 use super::request::Request;
 use super::survey::{LoopSurvey, Which};
 use super::ultimate::Ultimate;
@@ -27,6 +28,8 @@ pub struct Proposal {
     pub law: ControllerConfig,
     /// The loops at hover over the corners of the uncertainty.
     pub surveys: Vec<LoopSurvey>,
+    /// Stability margins of the loops behind the rotors.
+    pub margins: Vec<Margins>,
     /// Predicted ultimate bounds.
     pub ultimate: Ultimate,
     /// Time from which on the bounds hold in the check flights (s).
@@ -41,19 +44,16 @@ impl Proposal {
     /// # Errors
     /// The inequality that no choice of gains meets.
     pub fn new(request: Request) -> Result<Self, Infeasible> {
-        let law = design(&request)?;
+        let (law, ultimate) = predicted(&request).map_err(|error| error.remedied(&request))?;
         let surveys = Which::ALL.map(|which| LoopSurvey::new(which, &law)).to_vec();
-        let ultimate = Ultimate::new(&law, request.lasting_torque);
-        if let Some(error) = out_of_range(&law, &ultimate) {
-            return Err(error);
-        }
+        let margins = margins(&law, &request.rotors);
         let decay = surveys.iter().map(|it| it.decay.value).fold(f64::INFINITY, f64::min);
         let cascade = law.cascade();
         let width = f64::from(cascade.delta_min_translation.min(cascade.delta_min_rotation));
         let smoothing = (20.0 / width).ln() / f64::from(cascade.delta_1);
         let settle_time = (FORGOTTEN / decay).max(smoothing).ceil();
         let duration = (settle_time + JUDGED / request.wanted.position_bandwidth).ceil();
-        Ok(Self { request, law, surveys, ultimate, settle_time, duration })
+        Ok(Self { request, law, surveys, margins, ultimate, settle_time, duration })
     }
 
     /// Bounds of the check: position (m), `q_e`, tilt and heading (rad).
@@ -62,6 +62,26 @@ impl Proposal {
         let peak = &self.ultimate.peak;
         [peak.position, peak.attitude, peak.tilt, peak.heading]
             .map(|bound| rounded_up(bound.unwrap_or(f64::INFINITY).max(FLOOR)))
+    }
+}
+
+/// Gains for `request`, and their predicted errors.
+fn predicted(request: &Request) -> Result<(ControllerConfig, Ultimate), Infeasible> {
+    let law = design(request)?;
+    let ultimate = Ultimate::new(&law, request.lasting_torque, &request.rotors);
+    out_of_range(&law, &ultimate).map_or(Ok((law, ultimate)), Err)
+}
+
+impl Infeasible {
+    /// With the remedy first that makes all of `request` feasible, where one value does.
+    fn remedied(mut self, request: &Request) -> Self {
+        let remedy = self.remedy;
+        let passes = |request: &Request| predicted(request).is_ok();
+        let words = remedy.and_then(|(remedy, value)| remedy.sufficient(request, value, passes));
+        if let Some(words) = words {
+            self.remedies.insert(0, words);
+        }
+        self
     }
 }
 

@@ -8,8 +8,10 @@ use serde_json::{Value, json};
 use super::check::Check;
 use super::design::{audit, stressed};
 use super::document::controller;
+use super::margin::Rotors;
 use super::pole::Pole;
 use super::proposal::Proposal;
+use super::returning::return_speeds;
 use super::survey::{LoopSurvey, Met, Which};
 use super::ultimate::Bounds;
 use sim::number::number;
@@ -30,6 +32,7 @@ pub fn table(proposal: &Proposal, check: Option<&Check>) -> String {
     for survey in &proposal.surveys {
         text += &worst(survey, asked(proposal, survey.which));
     }
+    text += &rotors(proposal);
     text += "\nPredicted ultimate bounds, disturbances at their bounds:\n";
     text += &bounds(proposal, check);
     if let Some(check) = check {
@@ -88,6 +91,42 @@ fn poles(survey: &LoopSurvey, dt: f64) -> String {
         survey.which.name(),
         list(continuous.iter().map(shown).collect()),
         list(sampled.iter().map(z).collect())
+    )
+}
+
+fn rotors(proposal: &Proposal) -> String {
+    let Rotors { lag, delay } = proposal.request.rotors;
+    let mut text = format!(
+        "\nMargins with a lag of {} s and a delay of {} s, worst corner:\n",
+        number(lag),
+        number(delay)
+    );
+    for margins in &proposal.margins {
+        let decibels = 20.0 * margins.gain.log10();
+        let _ = writeln!(
+            text,
+            "  {:<22} phase {:.1} deg, gain {}, delay {} more, lag up to {}",
+            margins.which.name(),
+            margins.phase.to_degrees(),
+            finite(decibels, "dB"),
+            finite(1e3 * margins.delay, "ms"),
+            finite(1e3 * margins.lag, "ms"),
+        );
+    }
+    text + &returns(proposal)
+}
+
+/// A number with its unit; in words if there is no limit.
+fn finite(x: f64, unit: &str) -> String {
+    if x.is_finite() { format!("{x:.1} {unit}") } else { "any".to_owned() }
+}
+
+fn returns(proposal: &Proposal) -> String {
+    let [along, up] = return_speeds(&proposal.law);
+    format!(
+        "\nReturn from far away: {} m/s on a horizontal axis, {} m/s on the vertical one\n",
+        number(along),
+        number(up)
     )
 }
 
@@ -170,6 +209,8 @@ pub fn json(proposal: &Proposal, check: Option<&Check>, passed: bool) -> String 
         "controller": gains.map(|it| it["controller"].clone()).unwrap_or_default(),
         "conditions": conditions(proposal),
         "loops": proposal.surveys.iter().map(of_loop).collect::<Vec<_>>(),
+        "margins": proposal.margins,
+        "return_speed": return_speeds(&proposal.law),
         "ultimate": proposal.ultimate,
         "check": check,
     });

@@ -5,6 +5,7 @@ use ctrl_core::vehicle::{GRAVITY, InitialEstimate, Interval, Uncertainty};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::margin::Rotors;
 use ctrl_core::controller::ControllerConfig;
 use sim::scenario::document::TomlText;
 use sim::scenario::{BuiltIn, LoadedScenario, Scenario, ScenarioError};
@@ -26,6 +27,8 @@ pub struct Request {
     pub step_period: f32,
     /// `M_f` (N) and `M_tau` (N m): controller 2; none: controller 1.
     pub limits: Option<Limits>,
+    /// Rotors between command and wrench.
+    pub rotors: Rotors,
     /// Requested closed loop.
     pub wanted: Wanted,
     /// Values of it that were given; the rest are defaults, which depend on the limits.
@@ -57,6 +60,8 @@ pub struct Wanted {
     pub position_range: f64,
     /// Attitude error up to which the torque suffices for the attitude's bandwidth (rad); controller 2.
     pub attitude_range: f64,
+    /// Least phase margin of the loops behind rotors that lag or delay (deg).
+    pub phase_margin_deg: f64,
 }
 
 /// `[wanted]` of a vehicle file, or the flags of the same names; what is absent has a default.
@@ -75,6 +80,8 @@ pub struct WantedOptions {
     pub position_range: Option<f64>,
     /// See [`Wanted`]; 0.15 rad.
     pub attitude_range: Option<f64>,
+    /// See [`Wanted`]; 30 degrees.
+    pub phase_margin_deg: Option<f64>,
 }
 
 impl WantedOptions {
@@ -88,29 +95,35 @@ impl WantedOptions {
             margin: self.margin.or(other.margin),
             position_range: self.position_range.or(other.position_range),
             attitude_range: self.attitude_range.or(other.attitude_range),
+            phase_margin_deg: self.phase_margin_deg.or(other.phase_margin_deg),
         }
     }
 
     /// With every default filled in; `agility` is the angular acceleration that a controller with
     /// limited torque has to spare for its manoeuvres (rad/s^2).
     #[must_use]
-    pub fn complete(self, agility: impl Fn(f64) -> f64) -> Wanted {
+    pub fn complete(self, agility: impl Fn(f64) -> f64, rotors: &Rotors) -> Wanted {
         let position_bandwidth = self.position_bandwidth.unwrap_or(0.5);
         let margin = self.margin.unwrap_or(0.1);
         let attitude_range = self.attitude_range.unwrap_or(0.15);
         let fastest = (agility(margin) / attitude_range).max(0.0).sqrt();
+        let followed = ROTOR_SHARE / (rotors.lag + rotors.delay);
         Wanted {
             position_bandwidth,
             attitude_bandwidth: self
                 .attitude_bandwidth
-                .unwrap_or((5.0 * position_bandwidth).min(0.75 * fastest)),
+                .unwrap_or((5.0 * position_bandwidth).min(0.75 * fastest).min(followed)),
             damping: self.damping.unwrap_or(0.5),
             margin,
             position_range: self.position_range.unwrap_or(0.2),
             attitude_range,
+            phase_margin_deg: self.phase_margin_deg.unwrap_or(30.0),
         }
     }
 }
+
+/// By default the attitude's bandwidth times lag and delay of the rotors is at most this.
+const ROTOR_SHARE: f64 = 0.15;
 
 /// A vehicle file.
 #[derive(Clone, Debug, Deserialize)]
@@ -128,6 +141,10 @@ struct VehicleFile {
     torque_max: Option<f32>,
     step_period: f32,
     #[serde(default)]
+    rotor_lag: f64,
+    #[serde(default)]
+    delay: f64,
+    #[serde(default)]
     wanted: WantedOptions,
 }
 
@@ -142,7 +159,8 @@ impl Request {
         let torque = self.limits.map_or(f64::INFINITY, |limits| limits.torque_max.into());
         let inertia = f64::from(self.known.inertia.upper);
         let lasting = self.lasting_torque;
-        self.wanted = self.options.complete(|margin| ((1.0 - margin) * torque - lasting) / inertia);
+        let agility = |margin: f64| ((1.0 - margin) * torque - lasting) / inertia;
+        self.wanted = self.options.complete(agility, &self.rotors);
         self
     }
 
@@ -222,6 +240,9 @@ impl Request {
             at("step_period", self.step_period.into(), 1e-4, 0.1, "s"),
             at("thrust_max", thrust_max, 1e-3, 1e6, "N"),
             at("torque_max", torque_max, 1e-9, 1e6, "N m"),
+            at("rotor_lag", self.rotors.lag, 0.0, 1.0, "s"),
+            at("delay", self.rotors.delay, 0.0, 0.5, "s"),
+            at("wanted.phase_margin_deg", wanted.phase_margin_deg, 1.0, 80.0, "deg"),
             at("wanted.position_bandwidth", wanted.position_bandwidth, 0.01, 100.0, "rad/s"),
             at("wanted.damping", wanted.damping, 0.1, 0.95, "of critical damping"),
             at("wanted.margin", wanted.margin, 0.0, 0.9, "of each inequality's headroom"),
@@ -255,6 +276,7 @@ fn from_vehicle(
         disturbance_acceleration: file.disturbance_acceleration,
         disturbance_torque: file.disturbance_torque,
     };
+    let rotors = Rotors { lag: file.rotor_lag, delay: file.delay };
     let middle = |interval: Interval| libm::sqrtf(interval.lower * interval.upper);
     let options = flags.or(file.wanted);
     // Both in single precision: the same number in the file is the same bound.
@@ -271,7 +293,8 @@ fn from_vehicle(
         reference_acceleration_max: file.reference_acceleration_max,
         step_period: file.step_period,
         limits,
-        wanted: options.complete(|_| 0.0),
+        rotors,
+        wanted: options.complete(|_| 0.0, &rotors),
         options,
     }
     .completed())
@@ -293,6 +316,11 @@ fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
             Some(Limits { thrust_max: config.thrust_max, torque_max: config.torque_max }),
         ),
     };
+    let actuation = scenario.effective_actuation();
+    let rotors = Rotors {
+        lag: actuation.rotor_lag.unwrap_or_default(),
+        delay: actuation.delay.unwrap_or_default(),
+    };
     let lasting_torque = lasting.bounds().1.min(known.disturbance_torque.into());
     Request {
         name: format!("{}-tuned", scenario.name),
@@ -302,7 +330,8 @@ fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
         reference_acceleration_max,
         step_period: controller.step_period(),
         limits,
-        wanted: flags.complete(|_| 0.0),
+        rotors,
+        wanted: flags.complete(|_| 0.0, &rotors),
         options: flags,
     }
     .completed()

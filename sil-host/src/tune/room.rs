@@ -137,14 +137,10 @@ pub(super) fn auxiliary_gain(request: &Request, attitude: f64) -> Result<f64, In
     let torque =
         request.lasting_torque + inertia * attitude * attitude * request.wanted.attitude_range;
     if torque > most {
-        let slower = ((most - request.lasting_torque) / (inertia * request.wanted.attitude_range))
-            .max(0.0)
-            .sqrt();
-        let mut remedies = Vec::new();
-        if slower > 0.0 {
-            remedies.push(format!("poles of the attitude at {} rad/s at most", number(slower)));
-        }
-        remedies.push("a smaller wanted.attitude_range or lasting_torque".to_owned());
+        let remedies = vec![
+            "a smaller wanted.attitude_bandwidth, wanted.attitude_range or lasting_torque"
+                .to_owned(),
+        ];
         return Err(Infeasible {
             inequality: format!(
                 "lasting_torque + J_hi bandwidth^2 attitude_range within torque_max, \

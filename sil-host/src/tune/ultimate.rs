@@ -9,6 +9,7 @@ use ctrl_core::vehicle::GRAVITY;
 use serde::Serialize;
 
 use super::hover::{Corner, Hover};
+use super::margin::Rotors;
 use super::peak::{Disturbances, Peaks, peaks};
 use super::survey::{Which, nominal};
 use ctrl_core::controller::ControllerConfig;
@@ -29,10 +30,22 @@ pub struct Bounds {
     pub rate_error: Option<f64>,
 }
 
+impl Bounds {
+    fn zip(self, other: Self, f: impl Fn(Option<f64>, Option<f64>) -> Option<f64>) -> Self {
+        Self {
+            position: f(self.position, other.position),
+            attitude: f(self.attitude, other.attitude),
+            tilt: f(self.tilt, other.tilt),
+            heading: f(self.heading, other.heading),
+            rate_error: f(self.rate_error, other.rate_error),
+        }
+    }
+}
+
 /// Both answers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Ultimate {
-    /// Root of the mean square over a long time, from `W <= rho`.
+    /// Root of the mean square over a long time, from `W <= rho`; the peak where that is smaller.
     pub mean: Bounds,
     /// At any instant, from the peaks of the loops at hover.
     pub peak: Bounds,
@@ -42,23 +55,28 @@ pub struct Ultimate {
 }
 
 impl Ultimate {
-    /// Of `law`, when `lasting_torque` (N m) of `D2` may last and the rest is noise.
+    /// Of `law` behind `rotors`, when `lasting_torque` (N m) of `D2` may last and the rest is noise.
     #[must_use]
-    pub fn new(law: &ControllerConfig, lasting_torque: f64) -> Self {
-        let (peak, position_demand) = peak(law, lasting_torque);
-        Self { mean: mean(law), peak, position_demand }
+    pub fn new(law: &ControllerConfig, lasting_torque: f64, rotors: &Rotors) -> Self {
+        let (peak, position_demand) = peak(law, lasting_torque, rotors);
+        // No mean is above its peak, which in turn may be none.
+        let mean = mean(law).zip(peak, |mean, peak| match (mean, peak) {
+            (Some(mean), Some(peak)) => Some(mean.min(peak)),
+            (mean, peak) => mean.or(peak),
+        });
+        Self { mean, peak, position_demand }
     }
 }
 
 /// Peaks of each loop over the ends of inertia, estimate and mass.
-fn peak(law: &ControllerConfig, lasting_torque: f64) -> (Bounds, f64) {
+fn peak(law: &ControllerConfig, lasting_torque: f64, rotors: &Rotors) -> (Bounds, f64) {
     let hover = Hover::new(law);
     let nominal = nominal(law);
     let [d1, d2] =
         [hover.known.disturbance_acceleration, hover.known.disturbance_torque].map(f64::from);
     let disturbances =
         Disturbances { lasting: [d1, lasting_torque], noise: [0.0, d2 - lasting_torque] };
-    let peaks = |which, corner: &Corner| peaks(which, &hover, corner, &disturbances);
+    let peaks = |which, corner: &Corner| peaks(which, &hover, corner, &disturbances, rotors);
     let (mut lateral, mut heading) = (Peaks::default(), Peaks::default());
     let mut vertical = Peaks::default();
     let ends = |interval: ctrl_core::vehicle::Interval| {

@@ -5,7 +5,7 @@
 //! | `sh` | commands of `sil-host` are run, shortened as [`program`] lists; names in `cargo` commands must exist |
 //! | `toml` | read by the program as the scenario, campaign, vehicle file or part of a scenario that it is |
 //! | `rust` | compiled and run as a doc test (`tests/src/documentation.rs`) |
-//! | `python` | run by `python3`, with the feature `tool-tests` |
+//! | `python` | run by `python3`, with the feature `tool-tests`; pages that use `gyrfalcon`: `python/tests/test_documentation.py` |
 //! | `text` | output, formulas and diagrams: nothing to run |
 //! | bytes in hex | compared with the code by `link/src/tests/documented.rs` |
 //!
@@ -153,7 +153,11 @@ fn rust_is_in_the_documentation_tests() {
 #[cfg(feature = "tool-tests")]
 #[test]
 fn python_runs() {
-    check_blocks(Language::Python, |_, block| {
+    check_blocks(Language::Python, |page, block| {
+        // The wheel is in an environment of its own, in which `cargo xtask python` runs these pages.
+        if page.text.contains("import gyrfalcon") {
+            return Ok(());
+        }
         let python = std::process::Command::new("python3").args(["-c", &block.text]).output();
         let output = python.map_err(|error| format!("python3: {error}; apt install python3"))?;
         let error = String::from_utf8_lossy(&output.stderr).into_owned();

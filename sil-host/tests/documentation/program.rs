@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `run` | `--quiet --set duration=0.5` |
 //! | `campaign`, but `--list` and `--show` | `--quiet --set duration=0.1 --threads 2`; `--runs 8` unless it is a grid |
+//! | `fly` | `--duration 0.5`, and a free port for TCP |
 //! | `merge` | `--quiet` |
 //! | `tune` | `--no-check`, since its check flies for minutes |
 //! | `pil` | `--quiet --set duration=0.5`; an image that is missing, without the feature `emulator-tests` |
@@ -69,6 +70,7 @@ impl Program {
             Some(&"campaign") => {
                 (&["--quiet", "--set", "duration=0.1", "--runs", "8"], &[HELD, VIOLATED])
             }
+            Some(&"fly") => (&["--duration", "0.5", "--tcp", "127.0.0.1:0"], &[HELD]),
             Some(&"merge") => (&["--quiet"], &[HELD, VIOLATED]),
             Some(&"tune") if has("--no-check") => (&[], &[HELD]),
             Some(&"tune") => (&["--no-check"], &[HELD]),

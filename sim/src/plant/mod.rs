@@ -5,6 +5,7 @@
 
 pub mod actuation;
 pub mod disturbance;
+pub mod ground;
 pub mod rigid_body;
 pub mod vehicle;
 

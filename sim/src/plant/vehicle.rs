@@ -37,6 +37,13 @@ impl Vehicle {
     }
 }
 
+impl Vehicle {
+    /// Puts the vehicle into another state: what it touches may move it, too.
+    pub(super) fn place(&mut self, truth: PlantState) {
+        self.truth = truth;
+    }
+}
+
 impl Plant for Vehicle {
     #[inline]
     fn truth(&self) -> &PlantState {

@@ -27,6 +27,8 @@ FIELDS = {
         "mass": "mass_estimate",
         "inertia": "inertia_estimate",
         "gyroscopic_ratio": "gyroscopic_ratio_estimate",
+        "lasting_acceleration": "lasting_acceleration_estimate",
+        "lasting_torque": "lasting_torque_estimate",
     },
     "auxiliary": {"attitude": "auxiliary_attitude", "rate": "auxiliary_rate"},
     "lyapunov": {"value": "lyapunov", "parameter_part": "lyapunov_parameters"},

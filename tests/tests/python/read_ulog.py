@@ -61,7 +61,23 @@ def check_px4(log, trace):
     if torque_max is not None:
         wanted = vector("torque") @ FRD / torque_max
         same("torque", field(log, "vehicle_torque_setpoint", "xyz"), wanted, ROUNDING)
+    check_status(log, trace)
     return float(ratio.mean())
+
+
+def check_status(log, trace):
+    """The rotors share the thrust, and the flight is armed and along a trajectory."""
+    motors = log.get_dataset("actuator_motors").data
+    control = np.stack([motors[f"control[{i}]"] for i in range(12)], axis=1)
+    assert np.isnan(control[:, 4:]).all() and np.isfinite(control[:, :4]).all(), "four rotors"
+    # Where no rotor is at a limit; a rotor of the firmware's vehicle gives up to 4 N.
+    free = ((control[:, :4] > 1e-3) & (control[:, :4] < 0.999)).all(axis=1)
+    assert free.sum() > len(free) / 2, "at the rotors' limits most of the time"
+    same("shared thrust", 4 * control[free, :4].sum(axis=1)[:, np.newaxis],
+         trace.column("thrust")[free][:, np.newaxis], 1e-5)
+    status = log.get_dataset("vehicle_status").data
+    for name, value in [("arming_state", 2), ("nav_state", 14), ("vehicle_type", 1)]:
+        assert (status[name] == value).all(), name
 
 
 def check_attitudes(log, trace):

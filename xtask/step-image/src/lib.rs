@@ -4,6 +4,8 @@
 //! Nothing is known at compile time, so that the compiler cannot evaluate the step beforehand.
 #![no_std]
 
+#[cfg(feature = "c-interface")]
+pub mod c_interface;
 mod files;
 mod stack;
 mod timer;

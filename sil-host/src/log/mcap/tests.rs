@@ -9,6 +9,7 @@ use prost::Message as _;
 use prost_types::FileDescriptorSet;
 
 use super::*;
+use crate::log::moment::{LoggedStatus, MOTORS};
 use sim::guarantee::lyapunov::Evaluator;
 use sim::guarantee::test_flight::{VEHICLE as BODY, both, sample};
 use sim::scenario::LoadedScenario;
@@ -27,7 +28,12 @@ fn file(samples: &[Tick]) -> Vec<u8> {
     let [_, law] = both(1e-3);
     for tick in samples {
         let tick = Evaluator::new(&law, &BODY).evaluated(tick);
-        let moment = Moment { tick, bounds: description.bounds };
+        let moment = Moment {
+            tick,
+            bounds: description.bounds,
+            motors: [f32::NAN; MOTORS],
+            status: LoggedStatus::ON_TRAJECTORY,
+        };
         writer.moment(&moment).unwrap();
     }
     let note = Note { time: 1.5, level: Level::Warning, text: "sign flipped".to_owned() };

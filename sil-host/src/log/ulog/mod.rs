@@ -11,7 +11,7 @@ mod tests;
 use std::fmt;
 use std::io::{self, Write};
 
-use super::description::{Description, VERSION};
+use super::description::{COMMIT, Description, release};
 use super::moment::{Moment, microseconds};
 use super::note::{Level, Note};
 use super::{PREFIX, Writer, px4};
@@ -20,6 +20,8 @@ use sim::quantity::{Quantity, TOPICS, Value, scalar_first};
 
 /// Most bytes of text in one part of a fact.
 const PART: usize = 1 << 15;
+/// `MAV_TYPE` of MAVLink: a quadrotor.
+const QUADROTOR: i32 = 2;
 
 /// Writes a flight as ULog.
 #[derive(Debug)]
@@ -42,7 +44,7 @@ enum Fields {
     /// Of the table of quantities.
     Own(&'static [Quantity]),
     /// Of PX4.
-    Px4(&'static [px4::Field]),
+    Px4(&'static [px4::Field], &'static [px4::More]),
 }
 
 impl<W: Write> UlogWriter<W> {
@@ -57,7 +59,7 @@ impl<W: Write> UlogWriter<W> {
         });
         let known = px4::topics(&description.bounds).map(|topic| Subscribed {
             name: topic.name.to_owned(),
-            fields: Fields::Px4(topic.fields),
+            fields: Fields::Px4(topic.fields, topic.more),
         });
         let topics = known.chain(own).collect();
         let mut writer = Self { out, buffer: Vec::new(), topics };
@@ -77,7 +79,11 @@ impl<W: Write> UlogWriter<W> {
         topics.iter().try_for_each(|Subscribed { name, fields }| {
             let fields: String = match fields {
                 Fields::Own(fields) => fields.iter().map(declaration).collect(),
-                Fields::Px4(fields) => fields.iter().map(declaration).collect(),
+                Fields::Px4(fields, more) => fields
+                    .iter()
+                    .map(declaration)
+                    .chain(more.iter().map(declaration_of_more))
+                    .collect(),
             };
             let format = format!("{name}:uint64_t timestamp;{fields}");
             message(buffer, Kind::Format, |body| body.extend_from_slice(format.as_bytes()))
@@ -87,7 +93,11 @@ impl<W: Write> UlogWriter<W> {
     fn facts(&mut self, description: &Description) -> io::Result<()> {
         let Description { scenario, description, controller, seed, toml, .. } = description;
         self.fact("sys_name", "Gyrfalcon")?;
-        self.fact("ver_sw", VERSION)?;
+        self.fact("ver_sw", COMMIT)?;
+        message(&mut self.buffer, Kind::Information, |body| {
+            key(body, "uint32_t", "ver_sw_release");
+            body.extend(release().to_le_bytes());
+        })?;
         self.fact("scenario", scenario)?;
         self.fact("description", description)?;
         self.fact("controller", controller)?;
@@ -118,6 +128,10 @@ impl<W: Write> UlogWriter<W> {
     }
 
     fn parameters(&mut self, description: &Description) -> io::Result<()> {
+        message(&mut self.buffer, Kind::Parameter, |body| {
+            key(body, "int32_t", "MAV_TYPE");
+            body.extend(QUADROTOR.to_le_bytes());
+        })?;
         description.parameters.iter().try_for_each(|(name, value)| {
             message(&mut self.buffer, Kind::Parameter, |body| {
                 key(body, "float", name);
@@ -153,7 +167,10 @@ impl<W: Write + fmt::Debug> Writer for UlogWriter<W> {
                 body.extend(time.to_le_bytes());
                 match subscribed.fields {
                     Fields::Own(fields) => fields.iter().for_each(|it| put(body, it, &moment.tick)),
-                    Fields::Px4(fields) => fields.iter().for_each(|it| put(body, it, moment)),
+                    Fields::Px4(fields, more) => {
+                        fields.iter().for_each(|it| put(body, it, moment));
+                        more.iter().for_each(|it| put_more(body, it, moment));
+                    }
                 }
             })?;
         }
@@ -192,11 +209,33 @@ fn declaration<I>(field: &Quantity<I>) -> String {
     format!("{kind} {};", field.field)
 }
 
+/// Declaration of a field that PX4's topics alone have.
+fn declaration_of_more(field: &px4::More) -> String {
+    let kind = match field.value {
+        px4::MoreValue::Motors(_) => "float[12]",
+        px4::MoreValue::State(_) => "uint8_t",
+    };
+    format!("{kind} {};", field.name)
+}
+
+/// Appends the bytes of such a field.
+fn put_more(out: &mut Vec<u8>, field: &px4::More, moment: &Moment) {
+    match field.value {
+        px4::MoreValue::Motors(read) => {
+            out.extend(read(moment).iter().flat_map(|x| x.to_le_bytes()));
+        }
+        px4::MoreValue::State(read) => out.push(read(moment)),
+    }
+}
+
 /// A topic's fields with their units, `name [unit]` each.
 fn units(Subscribed { name, fields }: &Subscribed) -> String {
     let fields: Vec<_> = match fields {
         Fields::Own(fields) => fields.iter().map(with_unit).collect(),
-        Fields::Px4(fields) => fields.iter().map(with_unit).collect(),
+        Fields::Px4(fields, more) => {
+            let more = more.iter().map(|field| format!("{} [{}]", field.name, field.unit));
+            fields.iter().map(with_unit).chain(more).collect()
+        }
     };
     format!("{name}: {}", fields.join(", "))
 }

@@ -6,7 +6,9 @@ use ctrl_core::vehicle::WrenchBounds;
 use glam::{DQuat, DVec3};
 
 use super::*;
+use crate::log::moment::LoggedStatus;
 use ctrl_core::controller::ControllerConfig;
+use ctrl_core::mode::navigation::NavigationMode;
 use sim::evaluation::Evaluation;
 use sim::guarantee::lyapunov::Evaluator;
 use sim::guarantee::test_flight::{VEHICLE, both, sample};
@@ -24,6 +26,7 @@ fn description() -> Description {
         parameters: vec![("k4".to_owned(), 0.5)],
         step_period: 1e-3,
         bounds: BOUNDS,
+        geometry: None,
         path: Vec::new(),
     }
 }
@@ -62,7 +65,7 @@ fn definitions_come_before_subscriptions() {
     assert!(order.is_sorted() && order.iter().all(Option::is_some), "{order:?}");
     let count = |kind| kinds.iter().filter(|k| **k == kind).count();
     assert_eq!(count(b'F'), count(b'A'));
-    assert_eq!((count(b'F'), count(b'P')), (TOPICS.len() + 9, 1));
+    assert_eq!((count(b'F'), count(b'P')), (TOPICS.len() + 11, 2));
 }
 
 #[test]
@@ -75,6 +78,12 @@ fn facts_and_formats_are_as_described() {
         b'F',
         b"vehicle_attitude:uint64_t timestamp;uint64_t timestamp_sample;float[4] q;"
     ));
+    assert!(has(
+        b'F',
+        b"actuator_motors:uint64_t timestamp;uint64_t timestamp_sample;float[12] control;"
+    ));
+    assert!(has(b'P', b"\x10int32_t MAV_TYPE\x02\0\0\0"));
+    assert!(has(b'I', b"\x17uint32_t ver_sw_release\0\0\x01\0"));
     assert!(has(b'I', b"\x10char[1] scenarioa"));
     assert!(has(b'I', b"\x0duint64_t seed\x08\x07\x06\x05\x04\x03\x02\x01"));
     let units = "gyrfalcon_auxiliary: attitude [-], rate [rad/s]";
@@ -111,7 +120,9 @@ fn north(law: &ControllerConfig) -> Tick {
 fn data_are_number_time_and_fields_little_endian() {
     let [_, law] = both(1e-3);
     let tick = Evaluator::new(&law, &VEHICLE).evaluated(&north(&law));
-    let moment = Moment { tick, bounds: BOUNDS };
+    let motors = std::array::from_fn(|i| if i < 4 { 0.25 } else { f32::NAN });
+    let status = LoggedStatus { armed: true, navigation: NavigationMode::Land };
+    let moment = Moment { tick, bounds: BOUNDS, motors, status };
     let file = written(|writer| writer.moment(&moment).unwrap());
     let messages = messages(&file);
     let data: Vec<_> = messages.iter().filter(|message| message.0 == b'D').collect();
@@ -134,6 +145,8 @@ fn data_are_number_time_and_fields_little_endian() {
     assert_eq!(body("vehicle_thrust_setpoint"), [&time, &time, &thrust[..]].concat());
     let status = [&time[..], &tick.tick.to_le_bytes(), &tick.output.status.bits().to_le_bytes()];
     assert_eq!(body("gyrfalcon_status"), status.concat());
+    assert_eq!(body("actuator_motors"), [&time, &time, &floats(&motors)[..]].concat());
+    assert_eq!(body("vehicle_status"), [&time[..], &[2, 18, 1]].concat());
     let Evaluation { value, parameter_part, decrease, .. } = tick.evaluation;
     let values = [value, parameter_part, decrease];
     let values: Vec<_> = values.iter().flat_map(|x| x.to_le_bytes()).collect();

@@ -1,0 +1,4 @@
+/* Stub. */
+#pragma once
+
+void appMain(void);

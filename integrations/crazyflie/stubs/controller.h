@@ -1,0 +1,11 @@
+/* Stub: what the firmware calls, and a name that it takes. */
+#pragma once
+
+#include "stabilizer_types.h"
+
+void controller(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors,
+                const state_t *state, const stabilizerStep_t stabilizerStep);
+void controllerOutOfTreeInit(void);
+bool controllerOutOfTreeTest(void);
+void controllerOutOfTree(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors,
+                         const state_t *state, const stabilizerStep_t stabilizerStep);

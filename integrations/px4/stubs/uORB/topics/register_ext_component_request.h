@@ -1,0 +1,3 @@
+// Stub.
+#pragma once
+#include "../../topics.hpp"

@@ -1,0 +1,67 @@
+//! Frames of MAVLink 2 to be sent.
+
+use mavlink::{MAV_STX_V2, MavlinkVersion, MessageData, calculate_crc};
+
+/// Longest frame (bytes): header, payload, checksum and signature.
+pub const FRAME_MAX: usize = 280;
+/// Bytes before the payload.
+pub(crate) const HEADER: usize = 10;
+/// Longest payload (bytes).
+pub(crate) const PAYLOAD_MAX: usize = 255;
+
+/// A frame, ready to be sent.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    bytes: [u8; FRAME_MAX],
+    len: usize,
+}
+
+/// Sender of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sender {
+    pub system: u8,
+    pub component: u8,
+    pub sequence: u8,
+}
+
+impl Frame {
+    /// The bytes on the wire.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..self.len).unwrap_or_default()
+    }
+
+    /// The frame of a message, with the extension fields `extension` after its own.
+    pub(crate) fn new<D: MessageData>(sender: Sender, data: &D, extension: &[u8]) -> Self {
+        let mut payload = [0; PAYLOAD_MAX];
+        // As long as any payload: `ser` finds room.
+        data.ser(MavlinkVersion::V2, &mut payload);
+        let end = D::ENCODED_LEN + extension.len();
+        if let Some(after) = payload.get_mut(D::ENCODED_LEN..end) {
+            after.copy_from_slice(extension);
+        }
+        let payload = payload.get(..end).unwrap_or(&payload);
+        Self::of_payload(sender, D::ID, D::EXTRA_CRC, payload)
+    }
+
+    /// The frame of a payload; zeros at its end are left out, but for the first byte.
+    pub(crate) fn of_payload(sender: Sender, id: u32, extra_crc: u8, payload: &[u8]) -> Self {
+        let used = payload.iter().rposition(|byte| *byte != 0).map_or(1, |last| last + 1);
+        let used = used.min(payload.len()).min(PAYLOAD_MAX);
+        let mut frame = Self { bytes: [0; FRAME_MAX], len: HEADER + used + 2 };
+        let [id0, id1, id2, _] = id.to_le_bytes();
+        let Sender { system, component, sequence } = sender;
+        let header = [MAV_STX_V2, used as u8, 0, 0, sequence, system, component, id0, id1, id2];
+        for (place, byte) in
+            frame.bytes.iter_mut().zip(header.iter().chain(payload.iter().take(used)))
+        {
+            *place = *byte;
+        }
+        let crc = calculate_crc(frame.bytes.get(1..HEADER + used).unwrap_or_default(), extra_crc);
+        let checksum = frame.bytes.iter_mut().skip(HEADER + used);
+        for (place, byte) in checksum.zip(crc.to_le_bytes()) {
+            *place = byte;
+        }
+        frame
+    }
+}

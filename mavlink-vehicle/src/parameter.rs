@@ -1,0 +1,95 @@
+//! Parameters: their short names, and those of the navigation.
+//!
+//! MAVLink's names have at most 16 characters, and 15 of the link's do not fit. [`NAMES`] is the one table
+//! from one to the other. The controller's parameters are the vehicle's; the navigation's are its
+//! configuration, under the names that ground stations know them by.
+
+use ctrl_core::mode::navigation::NavigationConfig;
+
+/// Most characters of a name in MAVLink.
+pub(crate) const SHORT_MAX: usize = 16;
+
+/// A parameter's names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ParameterName {
+    /// In MAVLink, at most 16 characters.
+    pub short: &'static str,
+    /// In the link and in a scenario file.
+    pub long: &'static str,
+}
+
+const fn name(short: &'static str, long: &'static str) -> ParameterName {
+    ParameterName { short, long }
+}
+
+/// Both names of every parameter.
+pub const NAMES: &[ParameterName] = &[
+    name("CTL_THRUST_MAX", "thrust_max"),
+    name("CTL_TORQUE_MAX", "torque_max"),
+    name("CTL_K1", "cascade.k1"),
+    name("CTL_K2", "cascade.k2"),
+    name("CTL_K3", "cascade.k3"),
+    name("CTL_K4", "k4"),
+    name("CTL_K5", "k5"),
+    name("CTL_C", "cascade.c"),
+    name("CTL_M1", "cascade.M1"),
+    name("CTL_M2", "cascade.M2"),
+    name("CTL_GAMMA1", "cascade.gamma1"),
+    name("CTL_GAMMA2", "gamma2"),
+    name("CTL_GAMMA3", "gamma3"),
+    name("CTL_DELTA_1", "cascade.delta_1"),
+    name("CTL_DELTA_MIN_T", "cascade.delta_min_translation"),
+    name("CTL_DELTA_MIN_R", "cascade.delta_min_rotation"),
+    name("CTL_REF_ACC_MAX", "reference_acceleration_max"),
+    name("VEH_MASS_MIN", "uncertainty.mass.lower"),
+    name("VEH_MASS_MAX", "uncertainty.mass.upper"),
+    name("VEH_INERTIA_MIN", "uncertainty.inertia.lower"),
+    name("VEH_INERTIA_MAX", "uncertainty.inertia.upper"),
+    name("VEH_DIST_ACC", "uncertainty.disturbance_acceleration"),
+    name("VEH_DIST_TORQUE", "uncertainty.disturbance_torque"),
+    name("VEH_MASS_INIT", "initial.mass"),
+    name("VEH_INERTIA_X", "initial.inertia.x"),
+    name("VEH_INERTIA_Y", "initial.inertia.y"),
+    name("VEH_INERTIA_Z", "initial.inertia.z"),
+    name("CTL_INT_ACC_MAX", "integral.acceleration_max"),
+    name("CTL_INT_GAMMA_D", "integral.gamma_d"),
+    name("CTL_INT_TRQ_MAX", "integral.torque_max"),
+    name("CTL_INT_GAMMA_T", "integral.gamma_t"),
+    name("MIS_TAKEOFF_ALT", "navigation.take_off_altitude"),
+    name("RTL_RETURN_ALT", "navigation.return_altitude"),
+    name("NAV_ACC_RAD", "navigation.acceptance_radius"),
+    name("COM_OF_LOSS_T", "navigation.setpoint_timeout"),
+    name("MPC_LAND_SPEED", "navigation.land_speed"),
+    name("MPC_XY_VEL_MAX", "shaper.speed_max"),
+    name("MPC_Z_VEL_MAX_UP", "shaper.climb_max"),
+    name("MPC_Z_VEL_MAX_DN", "shaper.descent_max"),
+    name("MPC_YAW_RATE_MAX", "shaper.yaw_rate_max"),
+];
+
+/// MAVLink's name of a parameter of the link.
+#[must_use]
+pub fn short_name(long: &str) -> Option<&'static str> {
+    NAMES.iter().find(|name| name.long == long).map(|name| name.short)
+}
+
+/// The link's name of a parameter of MAVLink.
+#[must_use]
+pub fn long_name(short: &str) -> Option<&'static str> {
+    NAMES.iter().find(|name| name.short == short).map(|name| name.long)
+}
+
+/// A field of the navigation's configuration.
+type Field = fn(&mut NavigationConfig) -> &mut f32;
+
+/// Long name and field of the navigation's parameters.
+pub(crate) const NAVIGATION: &[(&str, Field)] = &[
+    ("navigation.take_off_altitude", |config| &mut config.take_off_altitude),
+    ("navigation.return_altitude", |config| &mut config.return_altitude),
+    ("navigation.acceptance_radius", |config| &mut config.acceptance_radius),
+    ("navigation.setpoint_timeout", |config| &mut config.setpoint_timeout),
+    ("navigation.land_speed", |config| &mut config.land_speed),
+    ("shaper.speed_max", |config| &mut config.shaper.speed_max),
+    ("shaper.climb_max", |config| &mut config.shaper.climb_max),
+    ("shaper.descent_max", |config| &mut config.shaper.descent_max),
+    ("shaper.yaw_rate_max", |config| &mut config.shaper.yaw_rate_max),
+];

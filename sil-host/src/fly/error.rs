@@ -1,0 +1,54 @@
+//! Causes of a session of flights that could not go on.
+
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+
+use ctrl_core::error::ConfigError;
+use sim::scenario::ScenarioError;
+
+/// Cause of an end of the session.
+#[derive(Debug)]
+pub enum FlyError {
+    /// The scenario cannot be read or flown.
+    Scenario(ScenarioError),
+    /// The scenario cannot be flown under commands.
+    Refused(ConfigError),
+    /// The program carries bytes that it cannot read: its file is damaged.
+    Damaged(&'static str),
+    /// A port cannot be opened.
+    Port(io::Error),
+    /// Results cannot be written: path and reason.
+    Output(PathBuf, io::Error),
+    /// The control group computed something else than the law.
+    Differs,
+}
+
+impl fmt::Display for FlyError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Scenario(error) => error.fmt(out),
+            Self::Refused(error) => {
+                write!(out, "the scenario cannot be flown by commands: {error}")
+            }
+            Self::Damaged(part) => write!(out, "{part}, carried in the program, is damaged"),
+            Self::Port(error) => write!(out, "no port: {error}"),
+            Self::Output(path, error) => write!(out, "{}: {error}", path.display()),
+            Self::Differs => out.write_str("the control group differs from the law on the host"),
+        }
+    }
+}
+
+impl std::error::Error for FlyError {}
+
+impl From<ConfigError> for FlyError {
+    fn from(error: ConfigError) -> Self {
+        Self::Refused(error)
+    }
+}
+
+impl From<ScenarioError> for FlyError {
+    fn from(error: ScenarioError) -> Self {
+        Self::Scenario(error)
+    }
+}

@@ -1,0 +1,18 @@
+//! Flights under commands: the vehicle of a scenario in real time, on MAVLink.
+//!
+//! [`FlownVehicle`] is plant, session, pilot and control group, one control tick after the other, as the
+//! firmware has them; [`Ports`] carries its bytes; [`fly()`] paces both. Every flight from Arm to Disarm has its
+//! own directory of results, with its trace, its log and the guarantees that are judged on the truth.
+
+mod error;
+mod pace;
+mod ports;
+mod record;
+mod session;
+mod vehicle;
+
+pub use error::FlyError;
+pub use ports::{PortOptions, Ports};
+pub use record::{FlightLogs, FlownReport};
+pub use session::{FlyEvent, FlyOptions, fly};
+pub use vehicle::{FlownTick, FlownVehicle};

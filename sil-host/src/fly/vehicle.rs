@@ -1,0 +1,263 @@
+//! The vehicle that is flown: the firmware's control group and session before the simulated plant.
+
+use ctrl_core::controller::{
+    AdaptiveController, AnyController, AnyControllerState, Auxiliary, ControllerConfig, Estimates,
+    Intermediates, LastingEstimates, TrackingController,
+};
+use ctrl_core::mode::Mode;
+use ctrl_core::mode::navigation::{NavigationMode, Navigator};
+use ctrl_core::trajectory::{HoverConfig, TrajectoryConfig};
+use firmware::exchange::ControlStatus;
+use firmware::flight_control::{FlightControl, Inputs, Outputs};
+use firmware::pilot::{Pilot, PilotedVehicle};
+use firmware::scenario::{BuiltInMission, Tuning, built_in_mission};
+use firmware::session::{HostSession, SessionConfig, SessionMemory};
+use firmware::state_sample::StateSample;
+use firmware::vehicle::vehicle_config;
+use glam::Vec3;
+use link::{ControllerKind, ParametersInForce};
+use mavlink_vehicle::View;
+use sim::evaluation::Evaluation;
+use sim::guarantee::lyapunov::Evaluator;
+use sim::plant::actuation::Actuators;
+use sim::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
+use sim::plant::ground::GroundedVehicle;
+use sim::plant::rigid_body::RigidBody;
+use sim::plant::vehicle::Plant;
+use sim::plant::{PlantParameters, PlantState};
+use sim::scenario::Scenario;
+use sim::tick::Tick;
+
+use super::error::FlyError;
+
+/// The name of this vehicle in the session's handshake.
+const BOARD: &str = "sil-host fly";
+
+/// One control tick of the vehicle.
+#[derive(Clone, Debug)]
+pub struct FlownTick {
+    /// The tick as observers of a flight receive it; tick and time count from the start of the program.
+    pub tick: Tick,
+    /// Outputs of the control group.
+    pub outputs: Outputs,
+    /// Mode of the navigation.
+    pub navigation: NavigationMode,
+}
+
+/// A vehicle on the ground or in flight, commanded by a [`Pilot`].
+#[derive(Debug)]
+pub struct FlownVehicle<'m> {
+    plant: GroundedVehicle,
+    disturbance: DisturbanceProcess,
+    control: FlightControl,
+    session: HostSession<'m>,
+    pilot: Pilot,
+    /// The law again, observed: what the control group computes must be the same.
+    law: AnyController,
+    law_state: AnyControllerState,
+    evaluator: Evaluator,
+    status: ControlStatus,
+    ticks: u64,
+    period: f64,
+    thrust_max: f32,
+    thrust: f32,
+    differs: bool,
+}
+
+impl<'m> FlownVehicle<'m> {
+    /// The vehicle of `scenario`, standing on the ground below its initial position.
+    ///
+    /// # Errors
+    /// The parameter that controller, supervisor or navigation refuse; or damage of the program.
+    pub fn new(scenario: &Scenario, memory: &'m mut SessionMemory) -> Result<Self, FlyError> {
+        let law = scenario.controller.build()?;
+        let vehicle = vehicle_config().map_err(|_| FlyError::Damaged("the vehicle"))?;
+        let mission = mission(&scenario.controller)?;
+        let config = SessionConfig::new(BOARD, 1, &vehicle);
+        let session =
+            HostSession::new(memory, config, &mission, ParametersInForce::default(), None)?;
+        let pilot = Pilot::new(&Pilot::moderate(&law), &law)?;
+        let control = FlightControl::new(law, &vehicle.supervisor, &vehicle.geometry)?;
+        let period = f64::from(law.step_period());
+        let parameters = PlantParameters::from(scenario.vehicle);
+        let body = RigidBody::new(&parameters, period, scenario.plant_steps_per_tick);
+        let actuators = Actuators::new(&scenario.actuation, &parameters, &body);
+        let start = scenario.initial.state();
+        let standing = PlantState { position_world: start.position_world.with_z(0.0), ..start };
+        Ok(Self {
+            plant: GroundedVehicle::new(body, actuators, standing, 0.0),
+            disturbance: DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period),
+            control,
+            session,
+            pilot,
+            law_state: law.initial_state(),
+            evaluator: scenario.evaluator(),
+            thrust_max: law.bounds().thrust_max,
+            law,
+            status: ControlStatus::default(),
+            ticks: 0,
+            period,
+            thrust: 0.0,
+            differs: false,
+        })
+    }
+
+    /// One control tick: sample, reference, control group, plant.
+    pub fn tick(&mut self) -> FlownTick {
+        let truth = *self.plant.truth();
+        let measured = truth.measured();
+        let reference = self.pilot.step(self.status.mode, Some(&measured)).reference;
+        if let Some(law) = self.session.take_law() {
+            self.control.replace_law(law);
+            (self.law, self.thrust_max) = (law, law.bounds().thrust_max);
+        }
+        let inputs = Inputs {
+            sample: Some(StateSample { state: measured, age_ticks: 0 }),
+            reference,
+            command: self.pilot.next_command(),
+            overrun: false,
+            fault: self.session.fault_pending(),
+            outputs_off: false,
+        };
+        let outputs = self.control.tick(&inputs);
+        if let Some(answer) = outputs.answer {
+            self.pilot.answered(answer);
+        }
+        let disturbance = self.disturbance.advance(&truth);
+        let applied = self.plant.command(&outputs.wrench);
+        let mut tick = Tick {
+            tick: self.ticks,
+            time: self.ticks as f64 * self.period,
+            truth,
+            reference,
+            output: outputs.step,
+            applied,
+            law: true,
+            intermediates: Intermediates::default(),
+            estimates: Estimates::NONE,
+            auxiliary: Auxiliary::REST,
+            lasting: LastingEstimates::default(),
+            disturbance,
+            evaluation: Evaluation::default(),
+        };
+        tick.output.wrench = outputs.wrench;
+        self.observe_law(&mut tick, &outputs);
+        self.plant.advance(&disturbance);
+        self.ticks += 1;
+        self.thrust = outputs.wrench.thrust;
+        self.status = ControlStatus {
+            mode: outputs.mode,
+            flight_tick: outputs.flight_tick,
+            uptime: self.ticks as u32, // wraps, as the firmware's
+        };
+        FlownTick { tick, outputs, navigation: self.pilot.navigator().mode() }
+    }
+
+    /// Evaluates the law again beside the control group, for its intermediate quantities.
+    fn observe_law(&mut self, tick: &mut Tick, outputs: &Outputs) {
+        if outputs.mode != Mode::Flying {
+            if outputs.mode != Mode::Failsafe {
+                self.law_state = self.law.initial_state();
+            }
+            tick.estimates = self.law.estimates(&self.law_state);
+            tick.evaluation.position_error = tick.position_error();
+            return;
+        }
+        tick.estimates = self.law.estimates(&self.law_state);
+        tick.auxiliary = self.law.auxiliary(&self.law_state);
+        tick.lasting = self.law.lasting(&self.law_state);
+        let mut seen = Intermediates::default();
+        let measured = tick.truth.measured();
+        let output = self.law.step_observed(
+            &mut self.law_state,
+            &measured,
+            &tick.reference,
+            |intermediates| seen = *intermediates,
+        );
+        self.differs |= output != outputs.step;
+        tick.intermediates = seen;
+        tick.evaluation = self.evaluator.evaluate(tick);
+    }
+
+    /// The vehicle as the protocol handles it.
+    pub fn piloted(&mut self) -> PilotedVehicle<'_, '_, 'm> {
+        let view = self.view();
+        let Self { pilot, session, status, .. } = self;
+        PilotedVehicle { pilot, session, status: *status, view }
+    }
+
+    fn view(&self) -> View {
+        View {
+            time: (self.time() * 1e6) as u64,
+            mode: self.status.mode,
+            state: Some(self.plant.truth().measured()),
+            ready: self.control.readiness(),
+            thrust: self.thrust / self.thrust_max,
+            load: 0.0, // it is not the host's that matters
+            battery: None,
+        }
+    }
+
+    /// The modes of the flight.
+    #[must_use]
+    pub fn navigator(&self) -> &Navigator {
+        self.pilot.navigator()
+    }
+
+    /// The commands of the flight.
+    pub fn pilot(&mut self) -> &mut Pilot {
+        &mut self.pilot
+    }
+
+    /// Mode of the supervisor.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        self.status.mode
+    }
+
+    /// Time since the start of the program (s).
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.ticks as f64 * self.period
+    }
+
+    /// Time between two ticks (s).
+    #[must_use]
+    pub fn step_period(&self) -> f64 {
+        self.period
+    }
+
+    /// The plant's state now.
+    #[must_use]
+    pub fn truth(&self) -> &PlantState {
+        self.plant.truth()
+    }
+
+    /// The plant.
+    #[must_use]
+    pub fn plant(&self) -> &GroundedVehicle {
+        &self.plant
+    }
+
+    /// `true` if the control group's step ever differed from the law's, to the bit.
+    #[must_use]
+    pub fn differs(&self) -> bool {
+        self.differs
+    }
+}
+
+/// The scenario's controller with the paper's numbers for the other one, and a place to stand.
+fn mission(controller: &ControllerConfig) -> Result<BuiltInMission, FlyError> {
+    let built_in =
+        built_in_mission().map_err(|_| FlyError::Damaged("the built-in mission"))?.tuning;
+    let tuning = match *controller {
+        ControllerConfig::RobustAdaptive(robust_adaptive) => {
+            Tuning { kind: ControllerKind::RobustAdaptive, robust_adaptive, ..built_in }
+        }
+        ControllerConfig::Saturated(saturated) => {
+            Tuning { kind: ControllerKind::Saturated, saturated, ..built_in }
+        }
+    };
+    let hover = HoverConfig { position_world: Vec3::ZERO, yaw: 0.0 };
+    Ok(BuiltInMission { tuning, trajectory: TrajectoryConfig::Hover(hover) })
+}
