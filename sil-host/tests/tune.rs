@@ -338,8 +338,6 @@ fn what_is_infeasible_says_what_would_help() {
         ("thrust_max", "240.0", "thrust_max >= ", "upper thrust bound (54)"),
         ("torque_max", "0.9", "torque_max >= ", "within torque_max"),
         ("step_period", "0.09", "step_period <= ", "stability of the fixed step"),
-        ("attitude_bandwidth", "13", "wanted.attitude_bandwidth <= ", "within torque_max"),
-        ("damping", "0.94", "wanted.damping <= ", "damping asked"),
     ] {
         let text = heavy_but(key, value);
         let error = Proposal::new(request(&text)).expect_err("infeasible");
@@ -406,19 +404,41 @@ fn flights_ring_beyond_the_predicted_lag_and_not_before() {
 /// a bandwidth that does.
 #[test]
 fn rotors_that_lag_and_delay_get_slower_gains_or_a_refusal_with_a_remedy() {
-    let slow = HEAVY.replace("[wanted]", "rotor_lag = 0.02\ndelay = 0.005\n[wanted]");
+    let slow = HEAVY
+        .replace("[wanted]", "rotor_lag = 0.03\ndelay = 0.005\n[wanted]")
+        .replace("{ lower = 0.6, upper = 2.2 }", "{ lower = 0.9, upper = 1.3 }")
+        .replace("disturbance_torque = 0.5", "disturbance_torque = 0.1")
+        .replace("disturbance_acceleration = 0.5", "disturbance_acceleration = 0.2")
+        .replace("torque_max = 25.0", "torque_max = 200.0");
     let proposal = proposal(&slow);
     assert_as_wanted(&proposal);
     for margins in &proposal.margins {
-        assert!(margins.phase.to_degrees() >= 30.0 && margins.lag > 0.02, "{margins:?}");
+        assert!(margins.phase.to_degrees() >= 30.0 && margins.lag > 0.03, "{margins:?}");
     }
-    assert!(proposal.scenario().contains("rotor_lag = 0.02"));
-    let fast = slow.replace("damping = 0.6", "damping = 0.6\nattitude_bandwidth = 11.0");
+    assert!(proposal.scenario().contains("rotor_lag = 0.03"));
+    let flown = check(&proposal).unwrap_or_else(|error| panic!("{error}"));
+    assert!(flown.passed(), "{flown:#?}");
+    let fast = slow.replace("damping = 0.6", "damping = 0.6\nattitude_bandwidth = 16.0");
     let message = Proposal::new(request(&fast)).expect_err("too fast").to_string();
-    assert!(message.contains("phase margin") && message.contains("lag of 0.02 s"), "{message}");
+    assert!(message.contains("phase margin") && message.contains("lag of 0.03 s"), "{message}");
     let bandwidth = remedy(&message, "wanted.attitude_bandwidth <= ");
-    let changed = fast.replace("bandwidth = 11.0", &format!("bandwidth = {bandwidth}"));
+    let changed = fast.replace("bandwidth = 16.0", &format!("bandwidth = {bandwidth}"));
     assert_as_wanted(&self::proposal(&changed));
+}
+
+/// More speed than the torque gives is answered with more torque, or less speed; either passes.
+#[test]
+fn a_bandwidth_beyond_the_torque_is_answered_with_one_within() {
+    let fast = format!("{HEAVY}attitude_bandwidth = 13\n");
+    let message = Proposal::new(request(&fast)).expect_err("too fast").to_string();
+    let bandwidth = remedy(&message, "wanted.attitude_bandwidth <= ");
+    let slower =
+        fast.replace("attitude_bandwidth = 13", &format!("attitude_bandwidth = {bandwidth}"));
+    assert_as_wanted(&proposal(&slower));
+    let torque = remedy(&message, "torque_max >= ");
+    assert_as_wanted(&proposal(
+        &fast.replace("torque_max = 25.0", &format!("torque_max = {torque}")),
+    ));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::design::design;
 use super::digits::rounded_up;
 use super::hover::Hover;
-use super::infeasible::Infeasible;
+use super::infeasible::{Infeasible, Remedy};
 use super::margin::{Margins, margins};
 use super::request::Request;
 use super::survey::{LoopSurvey, Which};
@@ -73,13 +73,17 @@ fn predicted(request: &Request) -> Result<(ControllerConfig, Ultimate), Infeasib
 }
 
 impl Infeasible {
-    /// With the remedy first that makes all of `request` feasible, where one value does.
+    /// With the remedies first that each make all of `request` feasible: the deciding value, and the bandwidth
+    /// of the attitude where one was asked for.
     fn remedied(mut self, request: &Request) -> Self {
-        let remedy = self.remedy;
+        let asked = request.options.attitude_bandwidth;
+        let slower = asked.map(|bandwidth| (Remedy::AttitudeBandwidth, bandwidth));
+        let slower = slower.filter(|it| self.remedy.is_none_or(|(remedy, _)| remedy != it.0));
         let passes = |request: &Request| predicted(request).is_ok();
-        let words = remedy.and_then(|(remedy, value)| remedy.sufficient(request, value, passes));
-        if let Some(words) = words {
-            self.remedies.insert(0, words);
+        for (remedy, value) in slower.into_iter().chain(self.remedy) {
+            if let Some(words) = remedy.sufficient(request, value, passes) {
+                self.remedies.insert(0, words);
+            }
         }
         self
     }
