@@ -3,6 +3,7 @@
 //! The contact is rigid and does not slide: what sinks below the ground is put at rest on it, level, with its
 //! heading. There is no bounce, and a crash is a landing; [`GroundedVehicle::touchdown_speed`] tells them apart.
 
+use crate::norm::Norm;
 use ctrl_core::vehicle::Wrench;
 use glam::{DQuat, DVec3};
 
@@ -67,7 +68,7 @@ impl Plant for GroundedVehicle {
             return;
         }
         if !self.stands {
-            self.touchdown_speed = truth.velocity_world.length();
+            self.touchdown_speed = truth.velocity_world.norm();
         }
         self.stands = true;
         self.vehicle.place(at_rest(&truth, self.ground));

@@ -2,6 +2,7 @@
 
 use super::Scenario;
 use crate::guarantee::bounds::ThrustBounds;
+use crate::norm::Norm;
 use crate::number::number;
 use crate::plant::actuation::ActuationConfig;
 use crate::sensor::SensorsConfig;
@@ -152,7 +153,7 @@ fn sensor_checks(sensors: &SensorsConfig) -> Vec<Check> {
         require("sensors.magnetometer.custom.rate", it.rate, positive, "positive");
         require("sensors.magnetometer.custom.delay", it.delay, delay, DELAY);
         require("sensors.magnetometer.custom.noise", it.noise, positive, "positive");
-        let horizontal = it.field_world.truncate().length();
+        let horizontal = it.field_world.with_z(0.0).norm();
         require("sensors.magnetometer.custom.field_world", horizontal, positive, "of a direction");
         require("sensors.magnetometer.custom.range", it.range, positive, "positive");
     }

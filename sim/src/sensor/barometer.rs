@@ -1,5 +1,6 @@
 //! Barometer: pressure by the standard atmosphere near the ground, noise and steps in pressure, height back.
 
+use crate::norm::power;
 use serde::{Deserialize, Serialize};
 
 use super::converter::Converter;
@@ -47,13 +48,13 @@ impl BarometerParameters {
 /// Pressure at a height (Pa).
 #[must_use]
 pub fn pressure(height: f64) -> f64 {
-    PRESSURE * libm::pow(1.0 - height / SCALE, EXPONENT)
+    PRESSURE * power(1.0 - height / SCALE, EXPONENT)
 }
 
 /// Height of a pressure (m).
 #[must_use]
 pub fn height(pressure: f64) -> f64 {
-    SCALE * (1.0 - libm::pow(pressure / PRESSURE, 1.0 / EXPONENT))
+    SCALE * (1.0 - power(pressure / PRESSURE, 1.0 / EXPONENT))
 }
 
 /// A barometer in flight.

@@ -1,5 +1,6 @@
 //! Motion capture: position and attitude from outside, late, with dropouts and jumps.
 
+use crate::norm::rotation_about;
 use core::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
@@ -96,7 +97,7 @@ impl Capture {
         let (position, attitude) = parameters.deviations();
         schedule.advance(tick, || Pose {
             position: truth.position_world + jumps.advance() + position * normal.vector(),
-            attitude: DQuat::from_scaled_axis(attitude * normal.vector()) * truth.attitude,
+            attitude: rotation_about(attitude * normal.vector()) * truth.attitude,
         })
     }
 }

@@ -1,5 +1,6 @@
 //! Inertial sensors: means over the sample period, distorted, with bias and noise, saturated and rounded.
 
+use crate::norm::Norm;
 use core::f64::consts::PI;
 
 use ctrl_core::estimator::InertialSample;
@@ -237,10 +238,10 @@ pub fn means(before: &PlantState, now: &PlantState, tick: f64) -> (DVec3, DVec3)
     let turn = before.attitude.inverse() * now.attitude;
     let turn = if turn.w < 0.0 { -turn } else { turn };
     let vector = DVec3::new(turn.x, turn.y, turn.z);
-    let sine = vector.length();
+    let sine = vector.norm();
     let angle = 2.0 * libm::atan2(sine, turn.w);
     let rotation = if sine > 1e-9 { vector * (angle / sine) } else { 2.0 * vector };
-    let middle: DQuat = (before.attitude + before.attitude * turn).normalize();
+    let middle: DQuat = (before.attitude + before.attitude * turn).unit();
     let gained = (now.velocity_world - before.velocity_world) / tick;
     let force = middle.inverse() * (gained + DVec3::Z * f64::from(GRAVITY));
     (rotation / tick, force)

@@ -1,5 +1,6 @@
 //! Jumps of a position source: with a mean rate it steps aside by a vector, and back after a while.
 
+use crate::norm::Norm;
 use glam::DVec3;
 
 use super::random::Normal;
@@ -32,12 +33,17 @@ impl Jumps {
             self.left -= 1;
         } else if self.probability > 0.0 && self.normal.uniform() < self.probability {
             self.left = self.length - 1;
-            self.offset = self.size * self.normal.vector().normalize_or(DVec3::X);
+            self.offset = self.size * direction(self.normal.vector());
         } else {
             self.offset = DVec3::ZERO;
         }
         self.offset
     }
+}
+
+/// Unit vector along `vector`; x where that has none.
+fn direction(vector: DVec3) -> DVec3 {
+    if vector == DVec3::ZERO { DVec3::X } else { vector.unit() }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Magnetometer: the Earth's field in body axes, with offset, noise and steps.
 
+use crate::norm::Norm;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -46,7 +47,7 @@ impl MagnetometerParameters {
         let square = self.noise * self.noise
             + self.offset * self.offset
             + self.resolution * self.resolution / 12.0;
-        square.sqrt() / self.field_world.truncate().length()
+        square.sqrt() / self.field_world.with_z(0.0).norm()
     }
 }
 

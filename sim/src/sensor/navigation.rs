@@ -1,5 +1,6 @@
 //! Flight by sensors: they see the plant, the estimator sees them, and the controller gets its estimate.
 
+use crate::norm::Norm;
 use ctrl_core::error::ConfigError;
 use ctrl_core::estimator::{Estimator, EstimatorState, Measurement, Verdict};
 use ctrl_core::vehicle::VehicleState;
@@ -131,7 +132,7 @@ impl Navigation {
     #[must_use]
     pub fn errors(&self, truth: &PlantState) -> ErrorState {
         let vehicle = self.state.vehicle();
-        let turn = truth.attitude * vehicle.attitude.as_dquat().normalize().inverse();
+        let turn = truth.attitude * vehicle.attitude.as_dquat().unit().inverse();
         let turn = if turn.w < 0.0 { -turn } else { turn };
         let (gyro, force) = self.imu.biases();
         let parts = [

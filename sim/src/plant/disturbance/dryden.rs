@@ -10,6 +10,7 @@
 //! filter with `T = L/V`: `1/(1 + T s)` along the wind, `(1 + sqrt(3) T s)/(1 + T s)^2` across and upwards. Both are
 //! advanced exactly over a step. The disturbance acceleration is `drag (wind - v)`.
 
+use crate::norm::power;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -38,14 +39,14 @@ impl Dryden {
     #[must_use]
     pub fn deviations(&self) -> DVec3 {
         let up = 0.1 * self.wind_speed;
-        let level = up / libm::pow(0.177 + 0.000823 * self.height * FEET, 0.4);
+        let level = up / power(0.177 + 0.000823 * self.height * FEET, 0.4);
         DVec3::new(level, level, up)
     }
 
     /// Time constants of the three filters (s).
     #[must_use]
     pub fn time_constants(&self) -> DVec3 {
-        let level = self.height / libm::pow(0.177 + 0.000823 * self.height * FEET, 1.2);
+        let level = self.height / power(0.177 + 0.000823 * self.height * FEET, 1.2);
         DVec3::new(level, level, self.height) / self.wind_speed
     }
 }
