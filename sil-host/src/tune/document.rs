@@ -1,6 +1,7 @@
 //! Scenario of a proposal: built-in scenarios filled with its values, so that keys, order and comments
 //! are those of the files.
 
+use ctrl_core::config::IntegralAction;
 use ctrl_core::controller::ControllerConfig;
 use sim::scenario::BuiltIn;
 use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
@@ -93,7 +94,12 @@ fn template(law: &ControllerConfig) -> DocumentMut {
         place(&mut controller["saturated"], &document["controller"]["robust_adaptive"]);
         document["controller"] = controller;
     }
-    let values = toml_edit::ser::to_document(law).expect("a configuration is plain TOML");
+    let mut values = toml_edit::ser::to_document(law).expect("a configuration is plain TOML");
+    if *law.integral() == IntegralAction::OFF
+        && let Some(own) = values[law.key()].as_table_like_mut()
+    {
+        own.remove("integral");
+    }
     let known = &mut document["controller"][law.key()]["uncertainty"];
     if let Some(known) = known.as_table_mut() {
         known.decor_mut().set_prefix("\n# What the controller is told of the vehicle.\n");
