@@ -1,10 +1,10 @@
 //! Flight by sensors: they see the plant, the estimator sees them, and the controller gets its estimate.
 
-use crate::norm::Norm;
+use crate::norm::{Norm, rotation_about};
 use ctrl_core::error::ConfigError;
 use ctrl_core::estimator::{Estimator, EstimatorState, Measurement, Verdict};
 use ctrl_core::vehicle::VehicleState;
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
 use super::barometer::Barometer;
 use super::capture::Capture;
@@ -162,7 +162,7 @@ fn started(estimator: &Estimator, truth: &PlantState, seed: u64) -> VehicleState
     VehicleState {
         position_world: exact.position_world + position.as_vec3(),
         velocity_world: exact.velocity_world + velocity.as_vec3(),
-        attitude: (DQuat::from_scaled_axis(turn) * truth.attitude).as_quat(),
+        attitude: (rotation_about(turn) * truth.attitude).as_quat(),
         rate_body: exact.rate_body,
     }
 }
