@@ -1,5 +1,6 @@
 //! `cargo xtask`: the project's checks and measurements, from any folder of the repository.
 
+mod allocation;
 mod budgets;
 mod c_library;
 mod call_graph;
@@ -41,6 +42,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
                 limits to what was measured
   estimator     instructions, memory and stack of the estimator alone
+  allocation    instructions, memory and stack of the allocation alone
   c-library [header | cost | install PREFIX [TARGET]]
                 build the C library and check it, from the header to tests in C; `header` generates the
                 header anew, `cost` measures the step through it, `install` builds for TARGET (this
@@ -77,6 +79,7 @@ fn run() -> Result<()> {
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),
         ["estimator"] => budgets::print_estimator(),
+        ["allocation"] => budgets::print_allocation(),
         ["firmware"] => budgets::print_firmware(),
         ["c-library"] => c_library::check(),
         ["c-library", "cost"] => c_library::print_cost(),
