@@ -85,13 +85,13 @@ impl FlightControl {
     /// # Errors
     /// The parameter that supervisor or allocator refuses.
     pub fn new(
-        law: AnyController,
+        law: &AnyController,
         supervisor: &SupervisorConfig,
         geometry: &RotorGeometry,
     ) -> Result<Self, ConfigError> {
         Ok(Self {
             law_state: law.initial_state(),
-            law,
+            law: *law,
             supervisor: Supervisor::new(supervisor)?,
             supervisor_state: SupervisorState::default(),
             allocator: Allocator::new(geometry)?,
@@ -116,9 +116,10 @@ impl FlightControl {
     }
 
     /// Replaces the law from the next start; in flight it is ignored.
-    pub fn replace_law(&mut self, law: AnyController) {
+    pub fn replace_law(&mut self, law: &AnyController) {
         if !matches!(self.supervisor_state.mode(), Mode::Flying | Mode::Failsafe) {
-            (self.law, self.law_state) = (law, law.initial_state());
+            self.law = *law;
+            self.law_state = law.initial_state();
         }
     }
 

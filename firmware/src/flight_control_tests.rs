@@ -5,21 +5,21 @@ use glam::{Quat, Vec3};
 use link::ControllerKind;
 
 use super::*;
-use crate::scenario::{Tuning, built_in_mission};
-use crate::vehicle::vehicle_config;
+use crate::scenario::{BUILT_IN_MISSION, Tuning};
+use crate::vehicle::VEHICLE;
 
 fn law() -> AnyController {
-    let mission = built_in_mission().unwrap();
+    let mission = &BUILT_IN_MISSION;
     Tuning { kind: ControllerKind::Saturated, ..mission.tuning }.controller().unwrap()
 }
 
 fn supervisor() -> SupervisorConfig {
-    vehicle_config().unwrap().supervisor
+    VEHICLE.supervisor
 }
 
 fn new() -> FlightControl {
-    let config = vehicle_config().unwrap();
-    FlightControl::new(law(), &config.supervisor, &config.geometry).unwrap()
+    let config = &VEHICLE;
+    FlightControl::new(&law(), &config.supervisor, &config.geometry).unwrap()
 }
 
 fn fresh(state: VehicleState) -> Option<StateSample> {
@@ -70,7 +70,7 @@ fn rotors_stand_still_until_armed_and_started() {
 
 #[test]
 fn the_rotors_make_the_wrench_of_the_law() {
-    let config = vehicle_config().unwrap();
+    let config = &VEHICLE;
     let allocator = Allocator::new(&config.geometry).unwrap();
     let law = law();
     let mut state = law.initial_state();

@@ -14,12 +14,12 @@ pub enum FlyError {
     Scenario(ScenarioError),
     /// The scenario cannot be flown under commands.
     Refused(ConfigError),
-    /// The program carries bytes that it cannot read: its file is damaged.
-    Damaged(&'static str),
     /// A port cannot be opened.
     Port(io::Error),
     /// Results cannot be written: path and reason.
     Output(PathBuf, io::Error),
+    /// A signing key cannot be read: path and reason.
+    Key(PathBuf, String),
     /// The control group computed something else than the law.
     Differs,
 }
@@ -31,9 +31,9 @@ impl fmt::Display for FlyError {
             Self::Refused(error) => {
                 write!(out, "the scenario cannot be flown by commands: {error}")
             }
-            Self::Damaged(part) => write!(out, "{part}, carried in the program, is damaged"),
             Self::Port(error) => write!(out, "no port: {error}"),
             Self::Output(path, error) => write!(out, "{}: {error}", path.display()),
+            Self::Key(path, reason) => write!(out, "{}: {reason}", path.display()),
             Self::Differs => out.write_str("the control group differs from the law on the host"),
         }
     }

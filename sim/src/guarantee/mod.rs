@@ -3,6 +3,7 @@
 //! One file per monitor. Each observes every [`Tick`] and ends in rows of the verdict table;
 //! `docs/guarantees.md` derives the bounds.
 
+pub mod activity;
 pub mod angle;
 pub mod applied;
 pub mod auxiliary;
@@ -61,6 +62,7 @@ pub trait Monitor: Observer + Debug {
 #[derive(Debug)]
 pub struct Guarantees {
     applied: applied::Applied,
+    activity: activity::TorqueActivity,
     tracking: tracking::Tracking,
     status: status::Faults,
     law: Option<LawMonitors>,
@@ -97,11 +99,12 @@ impl Guarantees {
         Self { law: Some(monitors), tracking, ..Self::of_any_controller(config, actuation) }
     }
 
-    /// The monitors that need no law of the paper: tracking errors, limits of the rotors, faults.
+    /// The monitors that need no law of the paper: tracking errors, limits of the rotors, torque activity, faults.
     #[must_use]
     pub fn of_any_controller(config: &GuaranteeConfig, actuation: &ActuationConfig) -> Self {
         Self {
             applied: applied::Applied::new(actuation),
+            activity: activity::TorqueActivity::default(),
             tracking: tracking::Tracking::of_any_controller(config),
             status: status::Faults::default(),
             law: None,
@@ -129,12 +132,12 @@ impl Guarantees {
     /// The whole table.
     #[must_use]
     pub fn verdicts(&self) -> Vec<Verdict> {
-        let Self { applied, tracking, status, law, added } = self;
+        let Self { applied, activity, tracking, status, law, added } = self;
         let mut monitors: Vec<&dyn Monitor> = Vec::new();
         if let Some(LawMonitors { thrust, torque, .. }) = law {
             monitors.extend([thrust as &dyn Monitor, torque]);
         }
-        monitors.push(applied);
+        monitors.extend([applied as &dyn Monitor, activity]);
         if let Some(LawMonitors { estimates, .. }) = law {
             monitors.push(estimates);
         }
@@ -158,6 +161,7 @@ impl Observer for Guarantees {
             law.lyapunov.observe(tick);
         }
         self.applied.observe(tick);
+        self.activity.observe(tick);
         self.tracking.observe(tick);
         self.status.observe(tick);
         self.added.iter_mut().for_each(|monitor| monitor.observe(tick));
