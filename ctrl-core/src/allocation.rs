@@ -24,6 +24,7 @@ mod distribution;
 mod geometry;
 mod throttle;
 
+pub use attainable::slabs;
 pub use geometry::{Rotor, RotorGeometry, Spin};
 pub use throttle::{BatteryCompensation, BatteryConfig, ThrustCurve, throttle};
 
@@ -108,15 +109,19 @@ pub struct Allocation {
     pub limited: Limited,
 }
 
-/// Wrench to rotor thrusts, validated and prepared.
+/// An allocator for any vehicle of up to [`MAX_ROTORS`] rotors.
+pub type Allocator = SizedAllocator<{ slabs(MAX_ROTORS) }>;
+
+/// Wrench to rotor thrusts, validated and prepared, with memory for `SLABS` facets of the set of attainable
+/// wrenches: [`slabs(n)`](slabs) are enough for `n` rotors.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Allocator {
+pub struct SizedAllocator<const SLABS: usize> {
     channels: List<Channel, MAX_ROTORS>,
     /// Largest entry of each row of `B`; divides (thrust, roll, pitch, yaw) to scaled wrenches.
     scale: Vec4,
     /// `(B B^T)^-1` of the scaled rows.
     inverse_gram: Mat4,
-    attainable: Attainable,
+    attainable: Attainable<SLABS>,
 }
 
 /// One rotor as the allocator sees it; all zero for one that has failed.
@@ -129,7 +134,7 @@ struct Channel {
     limits: Interval,
 }
 
-impl Allocator {
+impl<const SLABS: usize> SizedAllocator<SLABS> {
     /// Prepares the pseudo-inverse and the set of attainable wrenches.
     ///
     /// # Errors
@@ -137,7 +142,7 @@ impl Allocator {
     /// three torques independently, or no thrust without torque.
     pub fn new(geometry: &RotorGeometry) -> Result<Self, ConfigError> {
         let new = Self::without(geometry, RotorSet::empty())?;
-        let level = reach(&new.attainable.wrench, Vec4::ZERO, Vec4::X);
+        let level = reach(new.attainable.wrench(), Vec4::ZERO, Vec4::X);
         require(
             "rotors (thrust without torque)",
             level.upper,
@@ -174,15 +179,21 @@ impl Allocator {
             let limits = if column == DVec4::ZERO { Interval::default() } else { rotor.thrust };
             Channel { column: (column / scale).as_vec4(), share: share.as_vec4(), limits }
         });
-        let channels = List::taking(channels);
-        let attainable = Attainable::new(&channels);
+        let mut new = Self {
+            channels: List::taking(channels),
+            scale: scale.as_vec4(),
+            inverse_gram: inverse.as_mat4(),
+            attainable: Attainable::new(),
+        };
+        let left = new.attainable.fill(&new.channels);
+        let needed = SLABS as f32 + f32::from(left);
+        require("rotors (facets)", needed, Bound::AtMost(SLABS as f32), "slabs(n) for n rotors")?;
         for axis in [Vec4::Y, Vec4::Z] {
-            let Interval { lower, upper } = reach(&attainable.tilt, Vec4::ZERO, axis);
+            let Interval { lower, upper } = reach(new.attainable.tilt(), Vec4::ZERO, axis);
             let way = upper.min(-lower);
             require("rotors (tilt torque)", way, Bound::Positive, "both ways about each axis")?;
         }
-        let (scale, inverse_gram) = (scale.as_vec4(), inverse.as_mat4());
-        Ok(Self { channels, scale, inverse_gram, attainable })
+        Ok(new)
     }
 
     /// The rotor thrusts for `wrench`, each inside its limits, with what the limits took from it.
@@ -249,30 +260,30 @@ impl Allocator {
             return least_squares.thrusts;
         }
         let mut channels = self.channels;
-        close(&self.attainable.wrench, wrench, &mut channels);
+        close(self.attainable.wrench(), wrench, &mut channels);
         distribution::distribute(&channels, wrench, multipliers)
     }
 
     /// The scaled wrench that the limits leave of `wanted`.
     fn feasible(&self, wanted: Vec4) -> Vec4 {
-        let Attainable { tilt, torque, wrench } = &self.attainable;
-        if contains(wrench, wanted) {
+        let attainable = &self.attainable;
+        if contains(attainable.wrench(), wanted) {
             return wanted;
         }
         let asked = Vec4::new(0.0, wanted.y, wanted.z, 0.0);
-        let share = reach(tilt, Vec4::ZERO, asked).clamp(1.0).max(0.0);
+        let share = reach(attainable.tilt(), Vec4::ZERO, asked).clamp(1.0).max(0.0);
         let asked = asked * share;
-        let yaws = reach(torque, asked, Vec4::W);
+        let yaws = reach(attainable.torque(), asked, Vec4::W);
         let thrust = self.thrust_beside(asked, wanted, yaws);
         let base = asked + Vec4::X * thrust;
-        let yaw = reach(wrench, base, Vec4::W).clamp(wanted.w);
+        let yaw = reach(attainable.wrench(), base, Vec4::W).clamp(wanted.w);
         base + Vec4::W * yaw
     }
 
     /// The thrust nearest to the wanted one beside `tilt`, with a yaw torque between the one nearest to none
     /// and the one nearest to the wanted.
     fn thrust_beside(&self, tilt: Vec4, wanted: Vec4, yaws: Interval) -> f32 {
-        let slabs = &self.attainable.wrench;
+        let slabs = self.attainable.wrench();
         let thrusts = |yaw: f32| reach(slabs, tilt + Vec4::W * yaw, Vec4::X);
         let ends = [yaws.clamp(0.0), yaws.clamp(wanted.w)];
         let [least, most] = ends.map(thrusts);

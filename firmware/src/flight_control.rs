@@ -3,7 +3,9 @@
 //! Pure and free of formatting: the inputs are prepared by the state-input group, the outputs are
 //! copied to rotors and telemetry.
 
-use ctrl_core::allocation::{Allocation, Allocator, Limited, RotorGeometry, RotorThrusts};
+use ctrl_core::allocation::{
+    Allocation, Limited, RotorGeometry, RotorThrusts, SizedAllocator, slabs,
+};
 use ctrl_core::controller::{
     AdaptiveController, AnyController, AnyControllerState, StepOutput, StepStatus,
     TrackingController,
@@ -18,6 +20,7 @@ use glam::Vec3;
 use link::Telemetry;
 
 use crate::state_sample::StateSample;
+use crate::vehicle::ROTORS;
 
 /// Inputs of one control period.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,7 +74,7 @@ pub struct FlightControl {
     law_state: AnyControllerState,
     supervisor: Supervisor,
     supervisor_state: SupervisorState,
-    allocator: Allocator,
+    allocator: SizedAllocator<{ slabs(ROTORS) }>,
     /// The latest good sample: held when one is missed, as the fixed step needs an input.
     vehicle: Option<VehicleState>,
     status: StepStatus,
@@ -94,7 +97,7 @@ impl FlightControl {
             law: *law,
             supervisor: Supervisor::new(supervisor)?,
             supervisor_state: SupervisorState::default(),
-            allocator: Allocator::new(geometry)?,
+            allocator: SizedAllocator::new(geometry)?,
             vehicle: None,
             status: StepStatus::empty(),
             tick: 0,

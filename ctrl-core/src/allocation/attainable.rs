@@ -13,13 +13,17 @@
 
 use glam::{Mat3, Vec3, Vec4};
 
-use super::{Channel, MAX_ROTORS};
+use super::Channel;
 use crate::list::List;
 use crate::vehicle::Interval;
 
-/// Choices of two and of three out of [`MAX_ROTORS`] columns.
-const PAIRS: usize = MAX_ROTORS * (MAX_ROTORS - 1) / 2;
-const TRIPLES: usize = PAIRS * (MAX_ROTORS - 2) / 3;
+/// Most slabs of a vehicle with `rotors` rotors, of all axes and of both projections: choices of three, of two
+/// and of one of the columns.
+#[must_use]
+pub const fn slabs(rotors: usize) -> usize {
+    let pairs = rotors * (rotors - 1) / 2;
+    rotors + pairs + pairs * (rotors - 2) / 3
+}
 
 /// Length of a cross product of columns of size one below which they do not span a facet.
 const DEGENERATE: f32 = 1e-4;
@@ -41,31 +45,59 @@ pub(super) struct Slab {
 
 /// The zonotope of all four axes and its two projections that the priorities ask for.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Attainable {
-    /// Roll and pitch beside any thrust and any yaw torque.
-    pub tilt: List<Slab, MAX_ROTORS>,
-    /// Roll, pitch and yaw beside any thrust.
-    pub torque: List<Slab, PAIRS>,
-    /// All axes.
-    pub wrench: List<Slab, TRIPLES>,
+pub(super) struct Attainable<const SLABS: usize> {
+    slabs: List<Slab, SLABS>,
+    /// Numbers of slabs before those of roll, pitch and yaw, and before those of all axes.
+    torque: u8,
+    wrench: u8,
 }
 
-impl Attainable {
-    /// Of rotors with scaled columns.
-    pub fn new(channels: &[Channel]) -> Self {
-        let mut new = Self { tilt: List::new(), torque: List::new(), wrench: List::new() };
-        for (i, a) in channels.iter().enumerate() {
+impl<const SLABS: usize> Attainable<SLABS> {
+    /// No slab.
+    pub fn new() -> Self {
+        Self { slabs: List::new(), torque: 0, wrench: 0 }
+    }
+
+    /// Adds the slabs of rotors with scaled columns to none; the number that found no room.
+    pub fn fill(&mut self, channels: &[Channel]) -> u16 {
+        let (slabs, mut left) = (&mut self.slabs, 0);
+        for a in channels {
             let across = Vec4::new(0.0, -a.column.z, a.column.y, 0.0);
-            add(&mut new.tilt, across, channels);
-            for (j, b) in channels.iter().enumerate().skip(i + 1) {
+            left += add(slabs, 0, across, channels);
+        }
+        self.torque = slabs.len() as u8;
+        for (i, a) in channels.iter().enumerate() {
+            for b in channels.iter().skip(i + 1) {
                 let cross = torque(a).cross(torque(b));
-                add(&mut new.torque, Vec4::new(0.0, cross.x, cross.y, cross.z), channels);
+                let normal = Vec4::new(0.0, cross.x, cross.y, cross.z);
+                left += add(slabs, self.torque.into(), normal, channels);
+            }
+        }
+        self.wrench = slabs.len() as u8;
+        for (i, a) in channels.iter().enumerate() {
+            for (j, b) in channels.iter().enumerate().skip(i + 1) {
                 for c in channels.iter().skip(j + 1) {
-                    add(&mut new.wrench, cross4(a.column, b.column, c.column), channels);
+                    let normal = cross4(a.column, b.column, c.column);
+                    left += add(slabs, self.wrench.into(), normal, channels);
                 }
             }
         }
-        new
+        left
+    }
+
+    /// Roll and pitch beside any thrust and any yaw torque.
+    pub fn tilt(&self) -> &[Slab] {
+        self.slabs.get(..usize::from(self.torque)).unwrap_or(&[])
+    }
+
+    /// Roll, pitch and yaw beside any thrust.
+    pub fn torque(&self) -> &[Slab] {
+        self.slabs.get(usize::from(self.torque)..usize::from(self.wrench)).unwrap_or(&[])
+    }
+
+    /// All axes.
+    pub fn wrench(&self) -> &[Slab] {
+        self.slabs.get(usize::from(self.wrench)..).unwrap_or(&[])
     }
 }
 
@@ -151,21 +183,28 @@ fn cross4(a: Vec4, b: Vec4, c: Vec4) -> Vec4 {
     )
 }
 
-/// Adds the slab with this normal, unless it is none or there already.
-fn add<const N: usize>(slabs: &mut List<Slab, N>, normal: Vec4, channels: &[Channel]) {
+/// Adds the slab with this normal, unless it is none or there already from `start` on; one if there is no
+/// room.
+fn add<const N: usize>(
+    slabs: &mut List<Slab, N>,
+    start: usize,
+    normal: Vec4,
+    channels: &[Channel],
+) -> u16 {
     if normal.length_squared() < DEGENERATE * DEGENERATE {
-        return;
+        return 0;
     }
     let part = |channel: &Channel| normal.dot(channel.column);
     let largest = channels.iter().map(|channel| part(channel).abs()).fold(0.0, f32::max);
     if largest < DEGENERATE * normal.length() {
-        return;
+        return 0;
     }
     let (normal, mut range) = (normal / largest, Interval::default());
     // What is zero but for rounding must not divide.
     let normal = Vec4::select(normal.abs().cmplt(Vec4::splat(PARALLEL)), Vec4::ZERO, normal);
-    if slabs.iter().any(|slab| same(slab.normal, normal) || same(slab.normal, -normal)) {
-        return;
+    let known = |slab: &Slab| same(slab.normal, normal) || same(slab.normal, -normal);
+    if slabs.iter().skip(start).any(known) {
+        return 0;
     }
     for channel in channels {
         let part = normal.dot(channel.column);
@@ -176,8 +215,7 @@ fn add<const N: usize>(slabs: &mut List<Slab, N>, normal: Vec4, channels: &[Chan
             (range.lower, range.upper) = (range.lower + b, range.upper + a);
         }
     }
-    // As many places as choices: there is room.
-    let _ = slabs.push(Slab { normal, range });
+    slabs.push(Slab { normal, range }).is_err().into()
 }
 
 fn same(a: Vec4, b: Vec4) -> bool {

@@ -163,6 +163,15 @@ fn without_a_rotor_an_alternating_hexarotor_keeps_tilt_and_thrust_and_gives_up_y
 }
 
 #[test]
+fn a_small_allocator_gives_the_same_bits() {
+    let small =
+        SizedAllocator::<{ slabs(4) }>::new(&RotorGeometry::quad_x(0.2, 0.016, LIMITS)).unwrap();
+    for command in [wrench(8.0, 0.1, 0.0, 0.0), wrench(15.0, 0.4, -0.3, 0.2)] {
+        assert_eq!(small.allocate(&command), quad_x().allocate(&command));
+    }
+}
+
+#[test]
 fn too_few_rotors_are_refused() {
     let refused = |geometry: &RotorGeometry, failed| {
         Allocator::without(geometry, failed).unwrap_err().parameter
@@ -172,6 +181,8 @@ fn too_few_rotors_are_refused() {
     // Both of one side of an octorotor and their neighbours.
     let failed = RotorSet::from_bits_retain(0b1111);
     assert_eq!(refused(&octorotor(), failed), "rotors (tilt torque)");
+    let small = SizedAllocator::<{ slabs(4) }>::new(&octorotor()).unwrap_err();
+    assert_eq!(small.parameter, "rotors (facets)");
     assert_eq!(RotorSet::rotor(8), RotorSet::empty());
     assert_eq!(RotorSet::rotor(usize::MAX), RotorSet::empty());
 }
