@@ -104,7 +104,8 @@ mod app {
         let Ok(mut session) = HostSession::new(memory, config, &mission, in_force, fault) else {
             panic!("damaged scenario");
         };
-        let flight = FlightControl::new(session.law(), &vehicle.supervisor, &vehicle.geometry);
+        let flight = FlightControl::new(session.law(), &vehicle.supervisor, &vehicle.geometry)
+            .and_then(|flight| flight.with_rate_filter(&vehicle.rate_filter));
         let Ok(flight) = flight else { panic!("damaged vehicle") };
         let inbox = Inbox::new(session.prepare(ControlStatus::default()));
         let (received_in, received_out) = cx.local.queue.split();
