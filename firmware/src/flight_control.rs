@@ -86,14 +86,14 @@ impl FlightControl {
     /// # Errors
     /// The parameter that supervisor or allocator refuses.
     pub fn new(
-        law: AnyController,
+        law: &AnyController,
         supervisor: &SupervisorConfig,
         geometry: &RotorGeometry,
     ) -> Result<Self, ConfigError> {
         let rate_filter = RateFilter::new(&RateFilterConfig::default(), law.step_period())?;
         Ok(Self {
             law_state: law.initial_state(),
-            law,
+            law: *law,
             rate_filter_state: rate_filter.initial_state(),
             rate_filter,
             supervisor: Supervisor::new(supervisor)?,
@@ -106,13 +106,14 @@ impl FlightControl {
         })
     }
 
-    /// The same with filters of the body rate, from the first sample on.
+    /// Puts filters of the body rate before the law, from the next sample on.
     ///
     /// # Errors
-    /// The parameter that the filter refuses.
-    pub fn with_rate_filter(self, config: &RateFilterConfig) -> Result<Self, ConfigError> {
-        let rate_filter = RateFilter::new(config, self.law.step_period())?;
-        Ok(Self { rate_filter_state: rate_filter.initial_state(), rate_filter, ..self })
+    /// The parameter that the filter refuses; the filters are then as they were.
+    pub fn set_rate_filter(&mut self, config: &RateFilterConfig) -> Result<(), ConfigError> {
+        self.rate_filter = RateFilter::new(config, self.law.step_period())?;
+        self.rate_filter_state = self.rate_filter.initial_state();
+        Ok(())
     }
 
     /// One control period.
@@ -129,9 +130,10 @@ impl FlightControl {
     }
 
     /// Replaces the law from the next start; in flight it is ignored.
-    pub fn replace_law(&mut self, law: AnyController) {
+    pub fn replace_law(&mut self, law: &AnyController) {
         if !matches!(self.supervisor_state.mode(), Mode::Flying | Mode::Failsafe) {
-            (self.law, self.law_state) = (law, law.initial_state());
+            self.law = *law;
+            self.law_state = law.initial_state();
         }
     }
 

@@ -11,10 +11,10 @@ use ctrl_core::vehicle::VehicleState;
 use firmware::exchange::ControlStatus;
 use firmware::flight_control::{FlightControl, Inputs, Outputs};
 use firmware::pilot::{Pilot, PilotedVehicle};
-use firmware::scenario::{BuiltInMission, Tuning, built_in_mission};
+use firmware::scenario::{BUILT_IN_MISSION, Tuning};
 use firmware::session::{HostSession, SessionConfig, SessionMemory};
 use firmware::state_sample::StateSample;
-use firmware::vehicle::vehicle_config;
+use firmware::vehicle::VEHICLE;
 use glam::Vec3;
 use link::{ControllerKind, ParametersInForce};
 use mavlink_vehicle::View;
@@ -76,13 +76,13 @@ impl<'m> FlownVehicle<'m> {
     /// The parameter that controller, supervisor, navigation, sensors or rate filter refuse; or damage of the program.
     pub fn new(scenario: &Scenario, memory: &'m mut SessionMemory) -> Result<Self, FlyError> {
         let law = scenario.controller.build()?;
-        let vehicle = vehicle_config().map_err(|_| FlyError::Damaged("the vehicle"))?;
-        let mission = mission(&scenario.controller)?;
-        let config = SessionConfig::new(BOARD, 1, &vehicle);
-        let session =
-            HostSession::new(memory, config, &mission, ParametersInForce::default(), None)?;
+        let tuning = tuning(&scenario.controller);
+        let config = SessionConfig::new(BOARD, 1, &VEHICLE);
+        let hover = TrajectoryConfig::Hover(HoverConfig { position_world: Vec3::ZERO, yaw: 0.0 });
+        let in_force = ParametersInForce::default();
+        let session = HostSession::new(memory, config, &tuning, &hover, in_force, None)?;
         let pilot = Pilot::new(&Pilot::moderate(&law), &law)?;
-        let control = FlightControl::new(law, &vehicle.supervisor, &vehicle.geometry)?;
+        let control = FlightControl::new(&law, &VEHICLE.supervisor, &VEHICLE.geometry)?;
         let period = f64::from(law.step_period());
         let parameters = PlantParameters::from(scenario.vehicle);
         let body = RigidBody::new(&parameters, period, scenario.plant_steps_per_tick);
@@ -117,7 +117,7 @@ impl<'m> FlownVehicle<'m> {
         let reference = self.pilot.step(self.status.mode, Some(&measured)).reference;
         if let Some(law) = self.session.take_law() {
             self.control.replace_law(law);
-            (self.law, self.thrust_max) = (law, law.bounds().thrust_max);
+            (self.law, self.thrust_max) = (*law, law.bounds().thrust_max);
         }
         let inputs = Inputs {
             sample: Some(StateSample { state: measured, age_ticks: 0 }),
@@ -253,18 +253,15 @@ impl<'m> FlownVehicle<'m> {
     }
 }
 
-/// The scenario's controller with the paper's numbers for the other one, and a place to stand.
-fn mission(controller: &ControllerConfig) -> Result<BuiltInMission, FlyError> {
-    let built_in =
-        built_in_mission().map_err(|_| FlyError::Damaged("the built-in mission"))?.tuning;
-    let tuning = match *controller {
+/// The scenario's controller with the paper's numbers for the other one.
+fn tuning(controller: &ControllerConfig) -> Tuning {
+    let built_in = BUILT_IN_MISSION.tuning;
+    match *controller {
         ControllerConfig::RobustAdaptive(robust_adaptive) => {
             Tuning { kind: ControllerKind::RobustAdaptive, robust_adaptive, ..built_in }
         }
         ControllerConfig::Saturated(saturated) => {
             Tuning { kind: ControllerKind::Saturated, saturated, ..built_in }
         }
-    };
-    let hover = HoverConfig { position_world: Vec3::ZERO, yaw: 0.0 };
-    Ok(BuiltInMission { tuning, trajectory: TrajectoryConfig::Hover(hover) })
+    }
 }
