@@ -153,7 +153,14 @@ mod app {
         law: &AnyController,
     ) -> &'static mut FlightControl {
         match FlightControl::new(law, &VEHICLE.supervisor, &VEHICLE.geometry) {
-            Ok(flight) => place.write(flight),
+            Ok(flight) => {
+                let flight = place.write(flight);
+                let filter = &VEHICLE.rate_filter;
+                if !filter.is_empty() && flight.set_rate_filter(filter).is_err() {
+                    panic!("damaged vehicle");
+                }
+                flight
+            }
             Err(_) => panic!("damaged vehicle"),
         }
     }

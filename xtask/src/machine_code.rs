@@ -3,9 +3,9 @@
 use anyhow::{Result, ensure};
 
 use crate::call_graph::CallGraph;
-use crate::estimator;
 use crate::sources::Sources;
 use crate::step_image::{CONTROLLERS, NONE, STEP, StepImage};
+use crate::{allocation, estimator, filter};
 
 /// Parts of function names, and why a step must not reach such a function.
 const FORBIDDEN: [(&str, &str); 10] = [
@@ -25,7 +25,7 @@ const FORBIDDEN: [(&str, &str); 10] = [
 const SOFT_ENDINGS: [&str; 10] =
     ["df3", "df2", "sf3", "sf2", "dfsi", "sfsi", "sidf", "sisf", "dfdi", "sfdi"];
 
-/// Copies of the estimator's arrays, of fixed sizes, which its functions may reach.
+/// Copies of arrays of fixed sizes, which estimator and allocation may reach.
 const COPIES: [&str; 2] = ["__aeabi_mem", "mem::mem"];
 
 /// Reason that the step must not reach a function of this name, if there is one.
@@ -36,8 +36,13 @@ fn objection(name: &str) -> Option<&'static str> {
 }
 
 /// Faults of the machine code that one controller's step can reach, but for functions with an `allowed` part in
-/// their names.
-pub fn faults(graph: &CallGraph, sources: &Sources, allowed: &[&str]) -> Result<Vec<String>> {
+/// their names. A step `without_root` needs no hardware square root.
+pub fn faults(
+    graph: &CallGraph,
+    sources: &Sources,
+    allowed: &[&str],
+    without_root: bool,
+) -> Result<Vec<String>> {
     let (mut faults, mut roots) = (Vec::new(), 0);
     for node in graph.nodes() {
         let name = &node.function.name;
@@ -63,7 +68,7 @@ pub fn faults(graph: &CallGraph, sources: &Sources, allowed: &[&str]) -> Result<
             }
         }
     }
-    if roots == 0 {
+    if roots == 0 && !without_root {
         faults.push("no vsqrt.f32: the square root is not the hardware's".to_owned());
     }
     Ok(faults)
@@ -75,7 +80,7 @@ fn detects_bad_code() -> Result<()> {
     let harness = CallGraph::walk(&image.image, &image.listing, "main");
     let refused = harness.err().is_some_and(|error| format!("{error:#}").contains("indirect"));
     ensure!(refused, "the walk follows the harness, which calls through a pointer");
-    let faults = faults(&image.graph, &Sources::open(&image.path)?, &[])?;
+    let faults = faults(&image.graph, &Sources::open(&image.path)?, &[], false)?;
     ensure!(!faults.is_empty(), "no fault found in a step without a square root");
     Ok(())
 }
@@ -87,15 +92,18 @@ pub fn check_all() -> Result<()> {
     detects_bad_code()?;
     let steps = CONTROLLERS.map(|controller| (controller, STEP));
     let estimator = estimator::FUNCTIONS.map(|function| (estimator::IMAGE, function));
-    for (name, function) in steps.into_iter().chain(estimator) {
+    let rootless = [(filter::IMAGE, filter::FUNCTION), (allocation::IMAGE, allocation::FUNCTION)];
+    for (name, function) in steps.into_iter().chain(estimator).chain(rootless) {
         let image = StepImage::open_at(name, function)?;
         let size = image.graph.code_size();
         println!("{name}, {function}: {size} B of code in");
         for node in image.graph.nodes() {
             println!("  {}", node.function.name);
         }
-        let allowed: &[&str] = if name == estimator::IMAGE { &COPIES } else { &[] };
-        let faults = faults(&image.graph, &Sources::open(&image.path)?, allowed)?;
+        let copies = [estimator::IMAGE, allocation::IMAGE].contains(&name);
+        let allowed: &[&str] = if copies { &COPIES } else { &[] };
+        let without_root = rootless.iter().any(|(rootless, _)| *rootless == name);
+        let faults = faults(&image.graph, &Sources::open(&image.path)?, allowed, without_root)?;
         faults.iter().for_each(|fault| println!("  ! {fault}"));
         good &= faults.is_empty();
         match image.graph.stack(&image.image) {

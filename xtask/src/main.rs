@@ -10,6 +10,7 @@ mod disassembly;
 mod doc_comments;
 mod elf;
 mod estimator;
+mod filter;
 mod firmware;
 mod frames;
 mod fuzz;
@@ -43,6 +44,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                 limits to what was measured
   estimator     instructions, memory and stack of the estimator alone
   allocation    instructions, memory and stack of the allocation alone
+  filter        instructions, memory and stack of the filters of the body rate
   c-library [header | cost | install PREFIX [TARGET]]
                 build the C library and check it, from the header to tests in C; `header` generates the
                 header anew, `cost` measures the step through it, `install` builds for TARGET (this
@@ -80,6 +82,7 @@ fn run() -> Result<()> {
         ["budgets", "--accept"] => budgets::accept(),
         ["estimator"] => budgets::print_estimator(),
         ["allocation"] => budgets::print_allocation(),
+        ["filter"] => budgets::print_filter(),
         ["firmware"] => budgets::print_firmware(),
         ["c-library"] => c_library::check(),
         ["c-library", "cost"] => c_library::print_cost(),

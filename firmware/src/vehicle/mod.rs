@@ -6,8 +6,11 @@ mod document;
 
 pub use document::{LinkConfig, VehicleConfig};
 
-use crate::literal::{Vec3, list};
+use crate::literal::{Vec3, list, none};
 use ctrl_core::allocation::{Rotor, RotorGeometry, Spin};
+use ctrl_core::filter::RateFilterConfig;
+#[allow(unused_imports, reason = "of a vehicle with filters")]
+use ctrl_core::filter::{LowPassConfig, NotchConfig};
 use ctrl_core::mode::{FailsafePolicy, SupervisorConfig};
 use ctrl_core::vehicle::Interval;
 

@@ -7,6 +7,7 @@ use ctrl_core::controller::{
 use ctrl_core::mode::Mode;
 use ctrl_core::mode::navigation::{NavigationMode, Navigator};
 use ctrl_core::trajectory::{HoverConfig, TrajectoryConfig};
+use ctrl_core::vehicle::VehicleState;
 use firmware::exchange::ControlStatus;
 use firmware::flight_control::{FlightControl, Inputs, Outputs};
 use firmware::pilot::{Pilot, PilotedVehicle};
@@ -26,6 +27,7 @@ use sim::plant::rigid_body::RigidBody;
 use sim::plant::vehicle::Plant;
 use sim::plant::{PlantParameters, PlantState};
 use sim::scenario::Scenario;
+use sim::state_source::StateSource;
 use sim::tick::Tick;
 
 use super::error::FlyError;
@@ -49,6 +51,9 @@ pub struct FlownTick {
 pub struct FlownVehicle<'m> {
     plant: GroundedVehicle,
     disturbance: DisturbanceProcess,
+    source: StateSource,
+    /// The state that the vehicle received at the latest tick.
+    measured: VehicleState,
     control: FlightControl,
     session: HostSession<'m>,
     pilot: Pilot,
@@ -68,7 +73,7 @@ impl<'m> FlownVehicle<'m> {
     /// The vehicle of `scenario`, standing on the ground below its initial position.
     ///
     /// # Errors
-    /// The parameter that controller, supervisor or navigation refuse; or damage of the program.
+    /// The parameter that controller, supervisor, navigation, sensors or rate filter refuse; or damage of the program.
     pub fn new(scenario: &Scenario, memory: &'m mut SessionMemory) -> Result<Self, FlyError> {
         let law = scenario.controller.build()?;
         let tuning = tuning(&scenario.controller);
@@ -87,6 +92,8 @@ impl<'m> FlownVehicle<'m> {
         Ok(Self {
             plant: GroundedVehicle::new(body, actuators, standing, 0.0),
             disturbance: DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period),
+            source: StateSource::new(scenario, law.step_period(), &standing)?,
+            measured: standing.measured(),
             control,
             session,
             pilot,
@@ -105,7 +112,8 @@ impl<'m> FlownVehicle<'m> {
     /// One control tick: sample, reference, control group, plant.
     pub fn tick(&mut self) -> FlownTick {
         let truth = *self.plant.truth();
-        let measured = truth.measured();
+        let measured = self.source.measure(&truth);
+        self.measured = measured;
         let reference = self.pilot.step(self.status.mode, Some(&measured)).reference;
         if let Some(law) = self.session.take_law() {
             self.control.replace_law(law);
@@ -167,10 +175,9 @@ impl<'m> FlownVehicle<'m> {
         tick.auxiliary = self.law.auxiliary(&self.law_state);
         tick.lasting = self.law.lasting(&self.law_state);
         let mut seen = Intermediates::default();
-        let measured = tick.truth.measured();
         let output = self.law.step_observed(
             &mut self.law_state,
-            &measured,
+            &self.measured,
             &tick.reference,
             |intermediates| seen = *intermediates,
         );
@@ -190,7 +197,7 @@ impl<'m> FlownVehicle<'m> {
         View {
             time: (self.time() * 1e6) as u64,
             mode: self.status.mode,
-            state: Some(self.plant.truth().measured()),
+            state: Some(self.measured),
             ready: self.control.readiness(),
             thrust: self.thrust / self.thrust_max,
             load: 0.0, // it is not the host's that matters

@@ -7,6 +7,7 @@
 
 pub mod allocation;
 pub mod estimator;
+pub mod filter;
 
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::reference::Reference;
