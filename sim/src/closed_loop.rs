@@ -96,6 +96,13 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         Self { evaluator: Some(evaluator), ..self }
     }
 
+    /// The same flight without the Lyapunov evaluation in its ticks, for observers that do not read it; the
+    /// monitors evaluate V themselves.
+    #[must_use]
+    pub fn without_evaluator(self) -> Self {
+        Self { evaluator: None, ..self }
+    }
+
     /// The same flight by sensors: the controller receives their estimate in place of the true state.
     #[must_use]
     pub fn with_navigation(self, navigation: Navigation) -> Self {

@@ -55,7 +55,7 @@ fn fly_variant(campaign: &Campaign, index: u32, variant: usize, flight_time: &mu
 fn observed_flight(loaded: &LoadedScenario) -> Result<(Guarantees, Measures), ScenarioError> {
     let scenario = loaded.scenario();
     let mut observers = (scenario.monitors(), Measures::new(scenario));
-    loaded.flight()?.observe(scenario.ticks(), &mut observers);
+    loaded.flight()?.without_evaluator().observe(scenario.ticks(), &mut observers);
     Ok(observers)
 }
 

@@ -6,6 +6,8 @@
 pub mod angle;
 pub mod applied;
 pub mod auxiliary;
+mod block;
+mod blocks;
 pub mod bounds;
 pub mod estimates;
 pub mod lyapunov;
@@ -28,6 +30,7 @@ use crate::observer::Observer;
 use crate::plant::PlantParameters;
 use crate::plant::actuation::ActuationConfig;
 use crate::tick::Tick;
+use blocks::BlockMonitors;
 pub use verdict::{Requirement, Verdict};
 
 /// Relative difference that rounding to `f32` may make between a bound and what it bounds.
@@ -61,7 +64,7 @@ pub trait Monitor: Observer + Debug {
 #[derive(Debug)]
 pub struct Guarantees {
     applied: applied::Applied,
-    tracking: tracking::Tracking,
+    blocks: BlockMonitors,
     status: status::Faults,
     law: Option<LawMonitors>,
     added: Vec<Box<dyn Monitor + Send>>,
@@ -74,7 +77,6 @@ struct LawMonitors {
     torque: wrench::Torque,
     estimates: estimates::EstimateSets,
     auxiliary: auxiliary::AuxiliaryRest,
-    lyapunov: lyapunov::LyapunovMonitor,
 }
 
 impl Guarantees {
@@ -91,10 +93,11 @@ impl Guarantees {
             torque: wrench::Torque::new(law),
             estimates: estimates::EstimateSets::new(law),
             auxiliary: auxiliary::AuxiliaryRest::new(law),
-            lyapunov: lyapunov::LyapunovMonitor::new(config, law, parameters, actuation),
         };
         let tracking = tracking::Tracking::new(config);
-        Self { law: Some(monitors), tracking, ..Self::of_any_controller(config, actuation) }
+        let lyapunov = lyapunov::LyapunovMonitor::new(config, law, parameters, actuation);
+        let blocks = BlockMonitors::new(tracking, Some(lyapunov));
+        Self { law: Some(monitors), blocks, ..Self::of_any_controller(config, actuation) }
     }
 
     /// The monitors that need no law of the paper: tracking errors, limits of the rotors, faults.
@@ -102,7 +105,7 @@ impl Guarantees {
     pub fn of_any_controller(config: &GuaranteeConfig, actuation: &ActuationConfig) -> Self {
         Self {
             applied: applied::Applied::new(actuation),
-            tracking: tracking::Tracking::of_any_controller(config),
+            blocks: BlockMonitors::new(tracking::Tracking::of_any_controller(config), None),
             status: status::Faults::default(),
             law: None,
             added: Vec::new(),
@@ -113,8 +116,8 @@ impl Guarantees {
     /// monitors show as information; limits, sets and errors are judged as before.
     #[must_use]
     pub fn by_estimate(mut self) -> Self {
-        if let Some(law) = &mut self.law {
-            law.lyapunov.set_by_estimate();
+        if let Some(lyapunov) = self.blocks.lyapunov() {
+            lyapunov.set_by_estimate();
         }
         self
     }
@@ -129,22 +132,25 @@ impl Guarantees {
     /// The whole table.
     #[must_use]
     pub fn verdicts(&self) -> Vec<Verdict> {
-        let Self { applied, tracking, status, law, added } = self;
-        let mut monitors: Vec<&dyn Monitor> = Vec::new();
+        let Self { applied, blocks, status, law, added } = self;
+        let [tracking, lyapunov] = blocks.verdicts();
+        let mut rows = Vec::new();
         if let Some(LawMonitors { thrust, torque, .. }) = law {
-            monitors.extend([thrust as &dyn Monitor, torque]);
+            rows.extend(thrust.verdicts());
+            rows.extend(torque.verdicts());
         }
-        monitors.push(applied);
+        rows.extend(applied.verdicts());
         if let Some(LawMonitors { estimates, .. }) = law {
-            monitors.push(estimates);
+            rows.extend(estimates.verdicts());
         }
-        monitors.push(tracking);
-        if let Some(LawMonitors { auxiliary, lyapunov, .. }) = law {
-            monitors.extend([auxiliary as &dyn Monitor, lyapunov]);
+        rows.extend(tracking);
+        if let Some(LawMonitors { auxiliary, .. }) = law {
+            rows.extend(auxiliary.verdicts());
         }
-        monitors.push(status);
-        let built_in = monitors.into_iter().flat_map(Monitor::verdicts);
-        built_in.chain(added.iter().flat_map(|monitor| monitor.verdicts())).collect()
+        rows.extend(lyapunov);
+        rows.extend(status.verdicts());
+        rows.extend(added.iter().flat_map(|monitor| monitor.verdicts()));
+        rows
     }
 }
 
@@ -155,10 +161,9 @@ impl Observer for Guarantees {
             law.torque.observe(tick);
             law.estimates.observe(tick);
             law.auxiliary.observe(tick);
-            law.lyapunov.observe(tick);
         }
         self.applied.observe(tick);
-        self.tracking.observe(tick);
+        self.blocks.observe(tick);
         self.status.observe(tick);
         self.added.iter_mut().for_each(|monitor| monitor.observe(tick));
     }

@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::lanes::{LANES, Scalars, all};
 use crate::number::number;
 
 /// Requirement on the observed extreme.
@@ -122,6 +123,22 @@ impl Extreme {
     #[inline]
     pub fn highest(&mut self, value: f64, time: f64) -> bool {
         self.keep(value, time, |new, kept| new > kept)
+    }
+
+    /// Keeps the highest of the lanes `due`, each at its `time`; the first if several are.
+    #[inline]
+    pub(super) fn highest_of(&mut self, values: Scalars, due: u32, time: &[f64; LANES]) {
+        let open = match self.0 {
+            None => due,
+            Some((kept, _)) => due & !values.simd_le(all(kept)).to_bitmask(), // NaN is open
+        };
+        if open == 0 {
+            return;
+        }
+        let values = values.to_array();
+        for lane in (0..LANES).filter(|lane| open >> lane & 1 == 1) {
+            self.highest(values[lane], time[lane]);
+        }
     }
 
     /// The same in a unit `factor` times smaller.
