@@ -37,6 +37,10 @@ fn main() {
     }
     for (name, bytes) in station_sessions() {
         save("mavlink_stream", name, &bytes);
+        if name == "take-off-bytes" {
+            let bytes: Vec<u8> = [2].into_iter().chain(bytes.into_iter().skip(1)).collect();
+            save("mavlink_stream", "take-off-unsigned", &bytes);
+        }
     }
     for (name, messages) in uploads() {
         let bytes: Vec<_> = messages.iter().flat_map(|m| postcard::to_stdvec(m).unwrap()).collect();

@@ -1,24 +1,28 @@
 //! Any bytes on a MAVLink port, before the pilot, the session and the control group of a vehicle.
 //!
-//! The first byte chooses: zero, and the rest are bytes as they come, ten to a control tick; otherwise records
-//! of place in [`MESSAGES`](fuzz::station::MESSAGES), ticks, length and payload, each in a frame with the right
-//! checksum. Whatever comes, each reference stays inside `M_p`, each wrench inside its bounds, and the vehicle
+//! The first byte chooses: zero or two, and the rest are bytes as they come, ten to a control tick; otherwise
+//! records of place in [`MESSAGES`](fuzz::station::MESSAGES), ticks, length and payload, each in a frame with the
+//! right checksum. With two or three the vehicle demands signatures, and is never armed. Whatever comes, each reference stays inside `M_p`, each wrench inside its bounds, and the vehicle
 //! flies only after it was armed.
 #![no_main]
 
 use firmware::session::SessionMemory;
 use fuzz::station::{MESSAGES, PilotedFlight, frame};
 use libfuzzer_sys::fuzz_target;
+use mavlink_vehicle::SigningKey;
 
 fuzz_target!(|data: &[u8]| {
     let Some((kind, data)) = data.split_first() else { return };
     let mut memory = SessionMemory::new();
-    let mut flight = PilotedFlight::new(&mut memory);
-    if *kind == 0 {
+    let demands = matches!(*kind, 2 | 3);
+    let key = if demands { SigningKey::new([7; 32]) } else { None };
+    let mut flight = PilotedFlight::with_key(&mut memory, key);
+    if matches!(*kind, 0 | 2) {
         for bytes in data.chunks(10) {
             flight.receive(bytes);
             flight.tick(1);
         }
+        assert!(!(demands && flight.armed()));
         return;
     }
     let mut rest = data;
@@ -29,4 +33,5 @@ fuzz_target!(|data: &[u8]| {
         flight.tick(u32::from(*ticks));
         rest = after;
     }
+    assert!(!(demands && flight.armed()));
 });

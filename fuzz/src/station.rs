@@ -12,12 +12,12 @@ use firmware::vehicle::vehicle_config;
 use glam::Vec3;
 use mavlink::Message;
 use mavlink::dialects::common::MavMessage;
-use mavlink_vehicle::{Decoder, Protocol, ProtocolConfig, View};
+use mavlink_vehicle::{Decoder, Line, Protocol, ProtocolConfig, SigningKey, View};
 
 /// Numbers of the messages that the protocol understands.
-pub const MESSAGES: [u32; 25] = [
+pub const MESSAGES: [u32; 26] = [
     0, 4, 11, 20, 21, 23, 40, 41, 43, 44, 45, 47, 51, 73, 75, 76, 82, 84, 86, 110, 111, 117, 119,
-    121, 122,
+    121, 122, 256,
 ];
 
 /// A frame of MAVLink 2 from station 255, with the right checksum.
@@ -54,13 +54,22 @@ impl<'m> PilotedFlight<'m> {
     /// If the image's own configuration is refused.
     #[must_use]
     pub fn new(memory: &'m mut SessionMemory) -> Self {
+        Self::with_key(memory, None)
+    }
+
+    /// The same; with a key, which nobody guesses, nothing that comes may have an effect.
+    ///
+    /// # Panics
+    /// If the image's own configuration is refused.
+    #[must_use]
+    pub fn with_key(memory: &'m mut SessionMemory, signing_key: Option<SigningKey>) -> Self {
         let session = crate::session(memory);
         let (law, vehicle) = (session.law(), vehicle_config().unwrap());
         let mut flight = Self {
             pilot: Pilot::new(&Pilot::moderate(&law), &law).unwrap(),
             control: FlightControl::new(law, &vehicle.supervisor, &vehicle.geometry).unwrap(),
             session,
-            protocol: Protocol::new(&ProtocolConfig::default()),
+            protocol: Protocol::new(&ProtocolConfig { signing_key, ..ProtocolConfig::default() }),
             decoder: Decoder::new(),
             status: ControlStatus::default(),
             state: VehicleState::at_rest(Vec3::ZERO),
@@ -76,8 +85,14 @@ impl<'m> PilotedFlight<'m> {
         let Self { session, pilot, protocol, decoder, .. } = self;
         let mut vehicle = PilotedVehicle { pilot, session, status, view };
         for packet in bytes.iter().filter_map(|byte| decoder.push(*byte)) {
-            protocol.handle(&packet, &mut vehicle);
+            protocol.handle(&packet, Line::Secure, &mut vehicle);
         }
+    }
+
+    /// Returns `true` if the vehicle was ever armed.
+    #[must_use]
+    pub fn armed(&self) -> bool {
+        self.armed
     }
 
     /// Control ticks, each followed by what the vehicle sends.

@@ -2,13 +2,9 @@
 
 use mavlink::{MAV_STX, MAV_STX_V2, calculate_crc};
 
-use crate::frame::{FRAME_MAX, PAYLOAD_MAX};
+use crate::frame::{FRAME_MAX, HEADER, PAYLOAD_MAX, SIGNED};
 use crate::message::extra_crc;
-
-/// Flag of a signed frame, the only incompatible one that is understood.
-const SIGNED: u8 = 1;
-/// Bytes of a signature.
-const SIGNATURE: usize = 13;
+use crate::signing::{SIGNATURE, Trailer};
 
 /// A message that has passed its checksum; its numbers are whatever the other side sent.
 #[derive(Clone, Copy, Debug)]
@@ -21,15 +17,21 @@ pub struct Packet {
     pub id: u32,
     payload: [u8; PAYLOAD_MAX],
     len: usize,
+    /// The first bytes and the checksum of the frame, which its signature covers.
+    pub(crate) header: [u8; HEADER],
+    pub(crate) checksum: [u8; 2],
+    /// End of a signed frame; it has not been checked.
+    pub(crate) trailer: Option<Trailer>,
 }
 
 impl Packet {
-    /// A packet of its parts.
+    /// A packet of its parts, not signed.
     #[cfg(test)]
     pub(crate) fn of_parts(system: u8, component: u8, id: u32, bytes: &[u8]) -> Self {
         let mut payload = [0; PAYLOAD_MAX];
         payload[..bytes.len()].copy_from_slice(bytes);
-        Self { system, component, id, payload, len: bytes.len() }
+        let (len, header, checksum) = (bytes.len(), [0; HEADER], [0; 2]);
+        Self { system, component, id, payload, len, header, checksum, trailer: None }
     }
 
     /// The payload; zeros at its end may have been left out.
@@ -65,6 +67,7 @@ struct Shape {
     id: u32,
     system: u8,
     component: u8,
+    signed: bool,
 }
 
 /// Framing of one line of bytes: a port, a connection.
@@ -152,20 +155,23 @@ impl Decoder {
                 id: self.at(5).into(),
                 system: self.at(3),
                 component: self.at(4),
+                signed: false,
             })),
             MAV_STX_V2 if self.len >= 10 => {
                 let flags = self.at(2);
                 if flags & !SIGNED != 0 {
                     return Some(Err(()));
                 }
-                let signature = if flags & SIGNED != 0 { SIGNATURE } else { 0 };
+                let signed = flags & SIGNED != 0;
+                let signature = if signed { SIGNATURE } else { 0 };
                 Some(Ok(Shape {
-                    header: 10,
+                    header: HEADER,
                     payload,
-                    whole: 10 + payload + 2 + signature,
+                    whole: HEADER + payload + 2 + signature,
                     id: u32::from_le_bytes([self.at(7), self.at(8), self.at(9), 0]),
                     system: self.at(5),
                     component: self.at(6),
+                    signed,
                 }))
             }
             MAV_STX | MAV_STX_V2 => None,
@@ -180,11 +186,19 @@ impl Decoder {
     }
 
     fn packet(&self, shape: &Shape) -> Packet {
+        let Shape { id, system, component, payload: len, header: start, signed, .. } = *shape;
+        let end = start + len;
         let mut payload = [0; PAYLOAD_MAX];
-        let bytes = self.buffer.iter().skip(shape.header).take(shape.payload);
+        let bytes = self.buffer.iter().skip(start).take(len);
         payload.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
-        let Shape { id, system, component, payload: len, .. } = *shape;
-        Packet { system, component, id, payload, len }
+        let trailer = signed.then(|| Trailer::of(self.array(end + 2)));
+        let (header, checksum) = (self.array(0), self.array(end));
+        Packet { system, component, id, payload, len, header, checksum, trailer }
+    }
+
+    /// The bytes from `start` on.
+    fn array<const N: usize>(&self, start: usize) -> [u8; N] {
+        core::array::from_fn(|index| self.at(start + index))
     }
 
     /// Drops the front up to the next byte that may start a frame.

@@ -2,12 +2,16 @@
 
 use mavlink::{MAV_STX_V2, MavlinkVersion, MessageData, calculate_crc};
 
+use crate::signing::Signing;
+
 /// Longest frame (bytes): header, payload, checksum and signature.
 pub const FRAME_MAX: usize = 280;
 /// Bytes before the payload.
 pub(crate) const HEADER: usize = 10;
 /// Longest payload (bytes).
 pub(crate) const PAYLOAD_MAX: usize = 255;
+/// Flag of a signed frame, the only incompatible one that is understood.
+pub(crate) const SIGNED: u8 = 1;
 
 /// A frame, ready to be sent.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +36,12 @@ impl Frame {
     }
 
     /// The frame of a message, with the extension fields `extension` after its own.
-    pub(crate) fn new<D: MessageData>(sender: Sender, data: &D, extension: &[u8]) -> Self {
+    pub(crate) fn new<D: MessageData>(
+        sender: Sender,
+        data: &D,
+        extension: &[u8],
+        signing: &mut Signing,
+    ) -> Self {
         let mut payload = [0; PAYLOAD_MAX];
         // As long as any payload: `ser` finds room.
         data.ser(MavlinkVersion::V2, &mut payload);
@@ -41,27 +50,38 @@ impl Frame {
             after.copy_from_slice(extension);
         }
         let payload = payload.get(..end).unwrap_or(&payload);
-        Self::of_payload(sender, D::ID, D::EXTRA_CRC, payload)
+        Self::of_payload(sender, (D::ID, D::EXTRA_CRC), payload, signing)
     }
 
-    /// The frame of a payload; zeros at its end are left out, but for the first byte.
-    pub(crate) fn of_payload(sender: Sender, id: u32, extra_crc: u8, payload: &[u8]) -> Self {
+    /// The frame of a payload, signed if there is a key; zeros at its end are left out, but for the first byte.
+    pub(crate) fn of_payload(
+        sender: Sender,
+        message: (u32, u8),
+        payload: &[u8],
+        signing: &mut Signing,
+    ) -> Self {
+        let (id, extra_crc) = message;
         let used = payload.iter().rposition(|byte| *byte != 0).map_or(1, |last| last + 1);
         let used = used.min(payload.len()).min(PAYLOAD_MAX);
-        let mut frame = Self { bytes: [0; FRAME_MAX], len: HEADER + used + 2 };
+        let mut frame = Self { bytes: [0; FRAME_MAX], len: 0 };
         let [id0, id1, id2, _] = id.to_le_bytes();
         let Sender { system, component, sequence } = sender;
-        let header = [MAV_STX_V2, used as u8, 0, 0, sequence, system, component, id0, id1, id2];
-        for (place, byte) in
-            frame.bytes.iter_mut().zip(header.iter().chain(payload.iter().take(used)))
-        {
-            *place = *byte;
-        }
-        let crc = calculate_crc(frame.bytes.get(1..HEADER + used).unwrap_or_default(), extra_crc);
-        let checksum = frame.bytes.iter_mut().skip(HEADER + used);
-        for (place, byte) in checksum.zip(crc.to_le_bytes()) {
-            *place = byte;
+        let flags = if signing.key().is_some() { SIGNED } else { 0 };
+        frame.append(&[MAV_STX_V2, used as u8, flags, 0, sequence]);
+        frame.append(&[system, component, id0, id1, id2]);
+        frame.append(payload.get(..used).unwrap_or_default());
+        let crc = calculate_crc(frame.as_bytes().get(1..).unwrap_or_default(), extra_crc);
+        frame.append(&crc.to_le_bytes());
+        if let Some(trailer) = signing.sign(&[frame.as_bytes()]) {
+            frame.append(&trailer.to_bytes());
         }
         frame
+    }
+
+    /// Adds bytes at the end; a frame with all its parts has room for them.
+    fn append(&mut self, bytes: &[u8]) {
+        let free = self.bytes.iter_mut().skip(self.len);
+        free.zip(bytes).for_each(|(place, byte)| *place = *byte);
+        self.len = (self.len + bytes.len()).min(FRAME_MAX);
     }
 }

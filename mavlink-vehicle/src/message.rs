@@ -9,7 +9,7 @@ use mavlink::dialects::common::{
     MISSION_COUNT_DATA, MISSION_REQUEST_DATA, MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA,
     MISSION_SET_CURRENT_DATA, PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA, PARAM_SET_DATA,
     PING_DATA, SET_ATTITUDE_TARGET_DATA, SET_MODE_DATA, SET_POSITION_TARGET_GLOBAL_INT_DATA,
-    SET_POSITION_TARGET_LOCAL_NED_DATA, TIMESYNC_DATA,
+    SET_POSITION_TARGET_LOCAL_NED_DATA, SETUP_SIGNING_DATA, TIMESYNC_DATA,
 };
 use mavlink::{MavlinkVersion, MessageData};
 
@@ -76,6 +76,8 @@ pub enum Incoming {
     LogEnd(LOG_REQUEST_END_DATA),
     /// Asks to delete all logs.
     LogErase(LOG_ERASE_DATA),
+    /// Sets the key of signatures.
+    SetupSigning(SETUP_SIGNING_DATA),
 }
 
 /// A command of either message.
@@ -165,6 +167,7 @@ pub(crate) fn extra_crc(id: u32) -> Option<u8> {
         LOG_REQUEST_DATA_DATA,
         LOG_REQUEST_END_DATA,
         LOG_ERASE_DATA,
+        SETUP_SIGNING_DATA,
     )
 }
 
@@ -202,6 +205,7 @@ impl Incoming {
             LOG_REQUEST_DATA_DATA::ID => Self::LogData(data(packet)?),
             LOG_REQUEST_END_DATA::ID => Self::LogEnd(data(packet)?),
             LOG_ERASE_DATA::ID => Self::LogErase(data(packet)?),
+            SETUP_SIGNING_DATA::ID => Self::SetupSigning(data(packet)?),
             _ => return None,
         })
     }
@@ -233,6 +237,7 @@ impl Incoming {
             Self::LogData(data) => (data.target_system, data.target_component),
             Self::LogEnd(data) => (data.target_system, data.target_component),
             Self::LogErase(data) => (data.target_system, data.target_component),
+            Self::SetupSigning(data) => (data.target_system, data.target_component),
         }
     }
 }

@@ -17,6 +17,7 @@ use crate::frame::{Frame, Sender};
 use crate::log_transfer::LogTransfer;
 use crate::message::Incoming;
 use crate::mission::MissionStore;
+use crate::signing::{Line, Signing, SigningKey, SigningRefusals};
 use crate::status_text::{Severity, StatusTexts};
 use crate::stream::Streams;
 use crate::vehicle::Vehicle;
@@ -49,6 +50,10 @@ pub struct ProtocolConfig {
     pub version_hash: [u8; 8],
     /// `major << 24 | minor << 16 | patch << 8`.
     pub version: u32,
+    /// Key of signatures: with one, everything that is sent is signed, and what comes must be.
+    pub signing_key: Option<SigningKey>,
+    /// Number of the link in signatures of what is sent.
+    pub signing_link: u8,
 }
 
 impl Default for ProtocolConfig {
@@ -61,6 +66,8 @@ impl Default for ProtocolConfig {
             stretch: 1,
             version_hash: [0; 8],
             version: 0x0001_0000,
+            signing_key: None,
+            signing_link: 0,
         }
     }
 }
@@ -85,6 +92,7 @@ pub struct Protocol {
     /// Mode of `AVAILABLE_MODES` that comes next, from one.
     pub(crate) next_mode: u8,
     announced: Option<Mode>,
+    pub(crate) signing: Signing,
 }
 
 impl Protocol {
@@ -104,6 +112,7 @@ impl Protocol {
             listed: None,
             next_mode: 0,
             announced: None,
+            signing: Signing::new(config.signing_key, config.signing_link),
         }
     }
 
@@ -118,8 +127,27 @@ impl Protocol {
         self.texts.push(severity, text);
     }
 
-    /// Carries out a packet, unless it is for another system or component.
-    pub fn handle<V: Vehicle>(&mut self, packet: &Packet, vehicle: &mut V) {
+    /// Tells the time for signatures: 10 us since 2015-01-01. Without a clock it is enough that it grows, from a
+    /// number that no earlier start of the program has reached.
+    pub fn follow_clock(&mut self, timestamp: u64) {
+        self.signing.follow_clock(timestamp);
+    }
+
+    /// Messages that were refused for their signature.
+    #[must_use]
+    pub fn signing_refusals(&self) -> SigningRefusals {
+        self.signing.refusals()
+    }
+
+    /// Carries out a packet, unless it is for another system or component, or not signed as it must be.
+    pub fn handle<V: Vehicle>(&mut self, packet: &Packet, line: Line, vehicle: &mut V) {
+        if let Err(refusal) = self.signing.accept(packet) {
+            if self.signing.says(vehicle.view().time) {
+                let id = packet.id;
+                self.say(Severity::Warning, format_args!("message {id} refused: {refusal}"));
+            }
+            return;
+        }
         let Some(message) = Incoming::of(packet) else { return };
         let (system, component) = message.target(packet);
         let ours = (system == 0 || system == self.config.system)
@@ -164,6 +192,7 @@ impl Protocol {
             Incoming::LogErase(_) => {
                 self.say(Severity::Warning, format_args!("logs are not erased from here"));
             }
+            Incoming::SetupSigning(data) => self.set_up_signing(&data, line, vehicle),
         }
     }
 
@@ -203,8 +232,7 @@ impl Protocol {
 
     /// Queues an answer whose fields the crate's enumerations cannot hold.
     pub(crate) fn answer_bytes(&mut self, message: (u32, u8), payload: &[u8]) {
-        let (id, extra_crc) = message;
-        let frame = Frame::of_payload(self.sender(), id, extra_crc, payload);
+        let frame = Frame::of_payload(self.sender(), message, payload, &mut self.signing);
         self.queue(frame);
     }
 
@@ -215,7 +243,7 @@ impl Protocol {
     }
 
     pub(crate) fn frame<D: MessageData>(&mut self, data: &D, extension: &[u8]) -> Frame {
-        Frame::new(self.sender(), data, extension)
+        Frame::new(self.sender(), data, extension, &mut self.signing)
     }
 
     fn sender(&mut self) -> Sender {

@@ -47,7 +47,10 @@ fn execute() -> ExitCode {
         Command::Fly(arguments) => status(cli::fly(&arguments), |error| match error {
             FlyError::Output(..) => NOT_WRITTEN,
             FlyError::Differs | FlyError::Damaged(_) => VEHICLE_FAILED,
-            FlyError::Scenario(_) | FlyError::Refused(_) | FlyError::Port(_) => WRONG_USAGE,
+            FlyError::Scenario(_)
+            | FlyError::Refused(_)
+            | FlyError::Port(_)
+            | FlyError::Key(..) => WRONG_USAGE,
         }),
         Command::Campaign(arguments) => status(cli::campaign(&arguments), campaign_failure),
         Command::Merge(arguments) => status(cli::merge(&arguments), campaign_failure),

@@ -154,6 +154,31 @@ fn a_run_has_a_row_in_every_variant_with_the_same_values() {
 }
 
 #[test]
+fn torque_activity_is_in_columns_and_table() {
+    let directory = with_pair("activity");
+    let output = sil_host(&directory, &["campaign", "pair.toml", "--json"]);
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let results = CampaignResults::open(&directory.join("out/pair")).expect("results");
+    let columns = results.campaign().guarantees();
+    let column = columns.iter().position(|it| it.key == "torque_activity_rms").expect("a column");
+    let rows = rows(&directory.join("out/pair"));
+    for variant in 0..2 {
+        let rows = rows.iter().filter(|row| row.variant == variant);
+        let values: Vec<f64> =
+            rows.map(|row| row.guarantees[column].observed.expect("flown")).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let row = &summary["variants"][variant]["activity"][0];
+        assert_eq!(row["name"], "torque activity, rms");
+        assert!((row["mean"].as_f64().expect("a number") / mean - 1.0).abs() < 1e-12);
+        let largest = values.into_iter().fold(0.0, f64::max);
+        assert_eq!(row["largest"][0].as_f64(), Some(largest));
+    }
+    let output = sil_host(&directory, &["campaign", "pair.toml"]);
+    let table = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(table.matches("  info  torque activity, rms: mean ").count(), 2, "{table}");
+}
+
+#[test]
 fn the_number_of_threads_changes_nothing() {
     let directory = with_pair("threads");
     fly(&directory, &["pair.toml", "--threads", "1", "--out", "one"]);

@@ -39,6 +39,10 @@ struct Flown {
 
 impl Flown {
     fn start(test: &str, scenario: &str) -> Self {
+        Self::start_with(test, scenario, &[])
+    }
+
+    fn start_with(test: &str, scenario: &str, options: &[&str]) -> Self {
         let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ground-station").join(test);
         let _ = fs::remove_dir_all(&out);
         // Free at this moment; the station binds it.
@@ -47,6 +51,7 @@ impl Flown {
         let mut command = Command::new(env!("CARGO_BIN_EXE_sil-host"));
         command.args(["fly", scenario, "--speed", SPEED, "--tcp", "127.0.0.1:0", "--udp"]);
         command.arg(format!("127.0.0.1:{udp}")).arg("--out").arg(&out);
+        command.args(options);
         let mut program = command.stdout(Stdio::piped()).spawn().expect("it starts");
         let mut lines = BufReader::new(program.stdout.as_mut().expect("piped")).lines();
         let mut shown = Vec::new();
@@ -149,6 +154,22 @@ fn pymavlink_loses_the_link_comes_back_and_flies_a_mission_to_its_end() {
     let said = vehicle.script("station_pymavlink.py", &[&vehicle.udp.to_string()]);
     assert!(steps(&said).len() >= 38, "{said}");
     vehicle.stop();
+}
+
+#[test]
+fn a_vehicle_with_a_key_obeys_pymavlinks_signatures_and_refuses_replays() {
+    let key = "c2eb71c56733482ad43db8f9b5d517f4eeb2f6365877aac8c13de0322b3f6fb1";
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ground-station.key");
+    fs::write(&file, format!("{key}  -\n")).expect("written");
+    let options = ["--signing-key", file.to_str().expect("UTF-8")];
+    let vehicle = Flown::start_with("signing", "paper-saturated", &options);
+    let said = vehicle.script("station_signing.py", &[&vehicle.tcp, key]);
+    assert!(steps(&said).len() >= 18, "{said}");
+    let shown = vehicle.stop();
+    assert!(
+        shown.contains("signed: stations need the same key") && !shown.contains(key),
+        "{shown}"
+    );
 }
 
 #[test]

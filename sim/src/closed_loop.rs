@@ -15,6 +15,7 @@ use crate::plant::PlantState;
 use crate::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
 use crate::plant::vehicle::{Plant, Vehicle};
 use crate::sensor::Navigation;
+use crate::state_source::StateSource;
 use crate::tick::Tick;
 
 /// Quantities of a law of the paper at one step.
@@ -76,8 +77,7 @@ pub struct Flight<C: TrackingController, T, P = Vehicle, D = DisturbanceProcess>
     plant: P,
     disturbance: D,
     evaluator: Option<Evaluator>,
-    /// If absent, the controller receives the true state.
-    navigation: Option<Box<Navigation>>,
+    source: StateSource,
     tick: u64,
 }
 
@@ -86,8 +86,8 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
     /// period.
     pub fn new(controller: C, trajectory: T, plant: P, disturbance: D) -> Self {
         let state = controller.initial_state();
-        let (evaluator, navigation) = (None, None);
-        Self { controller, state, trajectory, plant, disturbance, evaluator, navigation, tick: 0 }
+        let (evaluator, source) = (None, StateSource::Truth);
+        Self { controller, state, trajectory, plant, disturbance, evaluator, source, tick: 0 }
     }
 
     /// Adds the Lyapunov evaluation of a law of the paper to the observed ticks.
@@ -103,47 +103,48 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         Self { evaluator: None, ..self }
     }
 
-    /// The same flight by sensors: the controller receives their estimate in place of the true state.
+    /// The same flight with a state in place of the true one for the controller: with noise, or by sensors.
     #[must_use]
-    pub fn with_navigation(self, navigation: Navigation) -> Self {
-        Self { navigation: Some(Box::new(navigation)), ..self }
+    pub fn with_state_source(self, source: StateSource) -> Self {
+        Self { source, ..self }
     }
 
     /// Sensors and estimator, if the flight is by them.
     #[must_use]
     pub fn navigation(&self) -> Option<&Navigation> {
-        self.navigation.as_deref()
+        match &self.source {
+            StateSource::Navigation(navigation) => Some(navigation),
+            StateSource::Truth | StateSource::Feedback(_) => None,
+        }
     }
 
     /// The same flight along another trajectory, which the caller has the controller
     /// [`accept`](AdaptiveController::accept).
     #[must_use]
     pub fn with_trajectory<U: Trajectory>(self, trajectory: U) -> Flight<C, U, P, D> {
-        let Self { controller, state, plant, disturbance, evaluator, navigation, tick, .. } = self;
-        Flight { controller, state, trajectory, plant, disturbance, evaluator, navigation, tick }
+        let Self { controller, state, plant, disturbance, evaluator, source, tick, .. } = self;
+        Flight { controller, state, trajectory, plant, disturbance, evaluator, source, tick }
     }
 
     /// The same flight of another plant, with the same step period.
     #[must_use]
     pub fn with_plant<Q: Plant>(self, plant: Q) -> Flight<C, T, Q, D> {
-        let Self {
-            controller, state, trajectory, disturbance, evaluator, navigation, tick, ..
-        } = self;
-        Flight { controller, state, trajectory, plant, disturbance, evaluator, navigation, tick }
+        let Self { controller, state, trajectory, disturbance, evaluator, source, tick, .. } = self;
+        Flight { controller, state, trajectory, plant, disturbance, evaluator, source, tick }
     }
 
     /// The same flight under another disturbance.
     #[must_use]
     pub fn with_disturbance<E: DisturbanceSource>(self, disturbance: E) -> Flight<C, T, P, E> {
-        let Self { controller, state, trajectory, plant, evaluator, navigation, tick, .. } = self;
-        Flight { controller, state, trajectory, plant, disturbance, evaluator, navigation, tick }
+        let Self { controller, state, trajectory, plant, evaluator, source, tick, .. } = self;
+        Flight { controller, state, trajectory, plant, disturbance, evaluator, source, tick }
     }
 
     /// Flies `ticks` control ticks at full speed, without observer.
     pub fn advance(&mut self, ticks: u64) {
         for _ in 0..ticks {
             let reference = self.trajectory.reference(self.tick);
-            let measured = measured(&mut self.navigation, self.plant.truth());
+            let measured = self.source.measure(self.plant.truth());
             let disturbance = self.disturbance.advance(self.plant.truth());
             let output = self.controller.step(&mut self.state, &measured, &reference);
             self.plant.command(&output.wrench);
@@ -177,12 +178,6 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
     }
 }
 
-/// The state that the controller receives.
-#[inline]
-fn measured(navigation: &mut Option<Box<Navigation>>, truth: &PlantState) -> VehicleState {
-    navigation.as_mut().map_or_else(|| truth.measured(), |navigation| navigation.measure(truth))
-}
-
 impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Flight<C, T, P, D> {
     /// Flies `ticks` control ticks; `observer` receives each of them.
     pub fn observe<O: Observer + ?Sized>(&mut self, ticks: u64, observer: &mut O) {
@@ -197,7 +192,7 @@ impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         let reference = self.trajectory.reference(self.tick);
         let truth = *self.plant.truth();
         let disturbance = self.disturbance.advance(&truth);
-        let measured = measured(&mut self.navigation, &truth);
+        let measured = self.source.measure(&truth);
         let (output, quantities) =
             self.controller.step_with_quantities(&mut self.state, &measured, &reference);
         let applied = self.plant.command(&output.wrench);

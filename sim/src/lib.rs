@@ -8,6 +8,7 @@
 
 pub mod closed_loop;
 pub mod evaluation;
+pub mod feedback;
 pub mod guarantee;
 mod lanes;
 pub mod norm;
@@ -17,4 +18,5 @@ pub mod plant;
 pub mod quantity;
 pub mod scenario;
 pub mod sensor;
+pub mod state_source;
 pub mod tick;

@@ -21,7 +21,7 @@ fn messages_for_others_and_echoes_of_our_own_are_ignored() {
     air.send(&arming(2, 1));
     air.send(&arming(1, 100));
     let echo = Sender { system: 1, component: 1, sequence: 0 };
-    let frame = Frame::new(echo, &arming(1, 1), &[]);
+    let frame = Frame::new(echo, &arming(1, 1), &[], &mut air.signing);
     air.bytes(frame.as_bytes());
     air.run(0.2);
     assert!(!air.vehicle.armed_ever);
@@ -50,7 +50,9 @@ fn a_flood_of_requests_drops_answers_and_nothing_else() {
 #[test]
 fn a_replayed_session_arms_no_more_than_once_and_never_takes_off_alone() {
     let mut air = Air::new();
-    let frames: Vec<_> = (0..3).map(|_| Frame::new(air.sender(), &arming(1, 1), &[])).collect();
+    let frames: Vec<_> = (0..3)
+        .map(|_| Frame::new(air.sender(), &arming(1, 1), &[], &mut Signing::new(None, 0)))
+        .collect();
     for frame in frames.iter().chain(&frames) {
         air.bytes(frame.as_bytes());
         air.run(0.1);
@@ -59,9 +61,9 @@ fn a_replayed_session_arms_no_more_than_once_and_never_takes_off_alone() {
 }
 
 /// Numbers of the messages that are understood.
-const KNOWN: [u32; 25] = [
+const KNOWN: [u32; 26] = [
     0, 4, 11, 20, 21, 23, 40, 43, 44, 45, 47, 51, 73, 75, 76, 82, 84, 86, 110, 111, 117, 119, 121,
-    122, 41,
+    122, 41, 256,
 ];
 
 fn payloads() -> impl Strategy<Value = Vec<(usize, Vec<u8>)>> {
@@ -85,7 +87,7 @@ proptest! {
                 payload[at + 1] = 1;
             }
             let extra = message::extra_crc(id).unwrap();
-            let frame = Frame::of_payload(air.sender(), id, extra, &payload);
+            let frame = Frame::of_payload(air.sender(), (id, extra), &payload, &mut air.signing);
             air.bytes(frame.as_bytes());
             air.run(0.05);
             let reference = air.vehicle.navigator.reference();

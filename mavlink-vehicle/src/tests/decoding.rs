@@ -8,7 +8,7 @@ use mavlink::dialects::common::{PARAM_REQUEST_LIST_DATA, PING_DATA};
 fn frame() -> Vec<u8> {
     let sender = Sender { system: 9, component: 8, sequence: 7 };
     let data = PING_DATA { time_usec: 1 << 40, seq: 77, target_system: 1, target_component: 1 };
-    Frame::new(sender, &data, &[]).as_bytes().to_vec()
+    Frame::new(sender, &data, &[], &mut Signing::new(None, 0)).as_bytes().to_vec()
 }
 
 /// The same message in a frame of MAVLink 1.
@@ -90,7 +90,7 @@ fn flags_that_are_not_understood_and_unknown_messages_are_skipped() {
     let mut flagged = frame();
     flagged[2] = 2;
     let sender = Sender { system: 9, component: 8, sequence: 7 };
-    let unknown = Frame::of_payload(sender, 9999, 1, &[1, 2, 3]);
+    let unknown = Frame::of_payload(sender, (9999, 1), &[1, 2, 3], &mut Signing::new(None, 0));
     let mut decoder = Decoder::new();
     let packets = decoded(&mut decoder, &[&flagged, unknown.as_bytes(), &frame()].concat());
     assert_eq!((packets.len(), decoder.unknown()), (1, 1));
@@ -101,7 +101,7 @@ fn flags_that_are_not_understood_and_unknown_messages_are_skipped() {
 fn an_empty_payload_is_one_zero_byte() {
     let sender = Sender { system: 9, component: 8, sequence: 7 };
     let data = PARAM_REQUEST_LIST_DATA { target_system: 0, target_component: 0 };
-    let frame = Frame::new(sender, &data, &[]);
+    let frame = Frame::new(sender, &data, &[], &mut Signing::new(None, 0));
     assert_eq!(frame.as_bytes().len(), 10 + 1 + 2);
     let packets = decoded(&mut Decoder::new(), frame.as_bytes());
     assert_eq!(packets[0].payload(), [0]);

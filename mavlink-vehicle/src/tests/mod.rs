@@ -9,6 +9,7 @@ mod logs;
 mod missions;
 mod parameters;
 mod set_points;
+mod signing;
 mod telemetry;
 
 use std::vec::Vec;
@@ -24,6 +25,7 @@ use mavlink::dialects::common::{COMMAND_ACK_DATA, COMMAND_LONG_DATA, MavCmd, Mav
 use mavlink::{MavlinkVersion, MessageData};
 
 use super::frame::{Frame, Sender};
+use super::signing::Signing;
 use super::*;
 
 /// Configuration of the navigation in these tests.
@@ -184,18 +186,27 @@ struct Air {
     /// Packets that the station has received and not yet looked at.
     received: Vec<Packet>,
     sequence: u8,
+    /// Signatures of the station.
+    signing: Signing,
+    line: Line,
 }
 
 const STATION: (u8, u8) = (255, 190);
 
 impl Air {
     fn new() -> Self {
+        Self::of(&ProtocolConfig::default())
+    }
+
+    fn of(config: &ProtocolConfig) -> Self {
         let mut air = Self {
-            protocol: Protocol::new(&ProtocolConfig::default()),
+            protocol: Protocol::new(config),
             vehicle: TestVehicle::new(),
             uplink: Decoder::new(),
             received: Vec::new(),
             sequence: 0,
+            signing: Signing::new(None, 0),
+            line: Line::Secure,
         };
         air.run(0.1);
         air
@@ -216,7 +227,7 @@ impl Air {
     fn bytes(&mut self, bytes: &[u8]) {
         for byte in bytes {
             if let Some(packet) = self.uplink.push(*byte) {
-                self.protocol.handle(&packet, &mut self.vehicle);
+                self.protocol.handle(&packet, self.line, &mut self.vehicle);
             }
         }
     }
@@ -231,7 +242,7 @@ impl Air {
     }
 
     fn send_extended<D: MessageData>(&mut self, data: &D, extension: &[u8]) {
-        let frame = Frame::new(self.sender(), data, extension);
+        let frame = Frame::new(self.sender(), data, extension, &mut self.signing);
         self.bytes(frame.as_bytes());
     }
 
@@ -275,8 +286,8 @@ impl Air {
         let mut payload = [0; 33];
         long.ser(MavlinkVersion::V2, &mut payload);
         payload[28..30].copy_from_slice(&number.to_le_bytes());
-        let (id, extra) = message::COMMAND_LONG;
-        let frame = Frame::of_payload(self.sender(), id, extra, &payload);
+        let frame =
+            Frame::of_payload(self.sender(), message::COMMAND_LONG, &payload, &mut self.signing);
         self.bytes(frame.as_bytes());
         self.run(0.05);
         let answers: Vec<_> =
@@ -310,14 +321,19 @@ fn sent(frame: &Frame) -> Packet {
     let bytes = frame.as_bytes();
     let (header, rest) = bytes.split_at(10);
     let len = usize::from(header[1]);
-    assert_eq!((header[0], rest.len()), (0xfd, len + 2));
+    let signed = usize::from(header[2]);
+    assert_eq!((header[0], rest.len()), (0xfd, len + 2 + 13 * signed));
     assert_eq!((header[5], header[6]), (1, 1));
     let id = u32::from_le_bytes([header[7], header[8], header[9], 0]);
     use mavlink::dialects::common::MavMessage;
     let extra = <MavMessage as mavlink::Message>::extra_crc(id);
     let crc = mavlink::calculate_crc(&bytes[1..10 + len], extra);
-    assert_eq!(crc.to_le_bytes(), rest[len..], "checksum of message {id}");
-    Packet::of_parts(1, 1, id, &rest[..len])
+    assert_eq!(crc.to_le_bytes(), rest[len..len + 2], "checksum of message {id}");
+    let mut packet = Packet::of_parts(1, 1, id, &rest[..len]);
+    packet.header = *bytes.first_chunk().unwrap();
+    packet.checksum = crc.to_le_bytes();
+    packet.trailer = rest[len + 2..].first_chunk().map(|end| super::signing::Trailer::of(*end));
+    packet
 }
 
 fn result(result: MavResult) -> Option<u8> {

@@ -10,6 +10,7 @@ use super::plan::Guarantee;
 use super::row::{Row, RunOutcome};
 use super::table::CampaignResults;
 use crate::report::aligned;
+use sim::guarantee::activity::TorqueActivity;
 use sim::number::number;
 
 /// Result of a campaign.
@@ -42,6 +43,26 @@ pub struct VariantSummary {
     pub assumptions_broken: u32,
     /// The guarantees that are judged.
     pub guarantees: Vec<GuaranteeSummary>,
+    /// Torque activity: root mean square of the torque, and of its change per tick.
+    pub activity: Vec<ActivitySummary>,
+}
+
+/// Root mean squares of the runs of a variant; information without a bound.
+#[derive(Clone, Debug, Serialize)]
+pub struct ActivitySummary {
+    /// Name of its row in the table of a run.
+    pub name: &'static str,
+    /// Unit of the values.
+    pub unit: &'static str,
+    /// Runs that have a value.
+    pub runs: u32,
+    /// Mean over those runs.
+    pub mean: f64,
+    /// Largest value, and the seed of its run.
+    pub largest: Option<(f64, u32)>,
+    /// Place among the campaign's guarantees.
+    #[serde(skip)]
+    column: usize,
 }
 
 /// Result of a guarantee.
@@ -83,6 +104,7 @@ impl Summary {
             refused: 0,
             assumptions_broken: 0,
             guarantees: campaign.guarantees().iter().map(guarantee).collect(),
+            activity: activity(campaign.guarantees()),
         });
         let mut variants: Vec<_> = variants.collect();
         for row in results.rows()? {
@@ -137,6 +159,9 @@ impl VariantSummary {
             RunOutcome::Violated => row.reason.split("; ").collect(),
             _ => Vec::new(),
         };
+        for summary in &mut self.activity {
+            summary.add(row);
+        }
         for (summary, seen) in self.guarantees.iter_mut().zip(&row.guarantees) {
             let broken = violated.contains(&summary.name);
             summary.judged += u32::from(seen.margin.is_some() || broken);
@@ -160,6 +185,38 @@ impl VariantSummary {
         let headings = ["guarantee", "judged", "violated", "least margin", "unit", "seed"];
         let rows: Vec<_> = shown.map(GuaranteeSummary::cells).collect();
         *text += &aligned(&headings.map(str::to_owned), &rows);
+        for ActivitySummary { name, unit, mean, largest, .. } in &self.activity {
+            if let (Some((largest, seed)), false) = (largest, only_violated) {
+                let (mean, largest) = (number(*mean), number(*largest));
+                let _ = writeln!(
+                    text,
+                    "  info  {name}: mean {mean} {unit}, largest {largest} {unit} (seed {seed})"
+                );
+            }
+        }
+    }
+}
+
+/// Empty summaries of the torque activity, as far as it is among the columns.
+fn activity(columns: &[Guarantee]) -> Vec<ActivitySummary> {
+    let empty = |(column, it): (usize, &Guarantee)| {
+        let known = TorqueActivity::ROWS.contains(&it.name);
+        let (name, unit, largest) = (it.name, it.unit, None);
+        known.then_some(ActivitySummary { name, unit, runs: 0, mean: 0.0, largest, column })
+    };
+    columns.iter().enumerate().filter_map(empty).collect()
+}
+
+impl ActivitySummary {
+    fn add(&mut self, row: &Row) {
+        let Some(value) = row.guarantees.get(self.column).and_then(|it| it.observed) else {
+            return;
+        };
+        self.runs += 1;
+        self.mean += (value - self.mean) / f64::from(self.runs);
+        if self.largest.is_none_or(|(largest, _)| value > largest || value.is_nan()) {
+            self.largest = Some((value, row.seed));
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use mavlink_vehicle::coordinates::Origin;
 use mavlink_vehicle::{Autopilot, ProtocolConfig};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
-use sil_host::fly::{FlyError, FlyEvent, FlyOptions, PortOptions, fly as fly_session};
+use sil_host::fly::{FlyError, FlyEvent, FlyOptions, PortOptions, fly as fly_session, read_key};
 use sil_host::log::format::Format;
 use sil_host::report::{self, FlightReport};
 use sim::scenario::LoadedScenario;
@@ -47,6 +47,9 @@ pub struct FlyArguments {
     /// Claim to be PX4, for a station that knows no other autopilot with these modes.
     #[arg(long)]
     pub px4: bool,
+    /// File whose first word is a key of 64 hexadecimal digits: what is sent is signed, what comes must be.
+    #[arg(long, value_name = "FILE")]
+    pub signing_key: Option<PathBuf>,
     /// Place of the world's origin: latitude and longitude (deg), altitude above sea level (m).
     #[arg(long, value_name = "LAT,LON,ALT", value_parser = origin, allow_hyphen_values = true)]
     pub origin: Option<Origin>,
@@ -65,16 +68,17 @@ pub struct FlyArguments {
 }
 
 impl FlyArguments {
-    fn options(&self) -> FlyOptions {
+    fn options(&self) -> Result<FlyOptions, FlyError> {
         let mut log = self.log.options();
         log.formats.push(Format::Ulog); // a second one of the same name is none
         let plain = ProtocolConfig::default();
-        FlyOptions {
+        Ok(FlyOptions {
             ports: PortOptions { udp: self.udp.clone(), tcp: Some(self.tcp) },
             protocol: ProtocolConfig {
                 system: self.system,
                 autopilot: if self.px4 { Autopilot::Px4 } else { Autopilot::Generic },
                 origin: self.origin.unwrap_or(plain.origin),
+                signing_key: self.signing_key.as_deref().map(read_key).transpose()?,
                 ..plain
             },
             speed: self.speed,
@@ -82,7 +86,7 @@ impl FlyArguments {
             out: self.out.clone(),
             log,
             trace_every: self.trace_every,
-        }
+        })
     }
 }
 
@@ -94,7 +98,7 @@ pub fn fly(arguments: &FlyArguments) -> Result<bool, FlyError> {
     let loaded = LoadedScenario::open(&arguments.scenario, &arguments.changes)?;
     let interrupts = count_interrupts().map_err(FlyError::Port)?;
     let reports =
-        fly_session(&loaded, &arguments.options(), &interrupts, &mut |event| match event {
+        fly_session(&loaded, &arguments.options()?, &interrupts, &mut |event| match event {
             FlyEvent::Listening(tcp) => print_connections(arguments, tcp),
             FlyEvent::Flown(report) => print!("{}", report::table(report, false)),
             FlyEvent::Landing => println!("landing; again to stop at once"),
@@ -110,6 +114,9 @@ fn print_connections(arguments: &FlyArguments, tcp: Option<SocketAddr>) {
     }
     if let Some(address) = tcp {
         println!("  TCP at {address}: MAVSDK tcpout://{address}, MAVProxy --master=tcp:{address}");
+    }
+    if arguments.signing_key.is_some() {
+        println!("  signed: stations need the same key");
     }
     println!("  Ctrl-C lands and stops");
 }

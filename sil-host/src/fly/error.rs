@@ -20,6 +20,8 @@ pub enum FlyError {
     Port(io::Error),
     /// Results cannot be written: path and reason.
     Output(PathBuf, io::Error),
+    /// A signing key cannot be read: path and reason.
+    Key(PathBuf, String),
     /// The control group computed something else than the law.
     Differs,
 }
@@ -34,6 +36,7 @@ impl fmt::Display for FlyError {
             Self::Damaged(part) => write!(out, "{part}, carried in the program, is damaged"),
             Self::Port(error) => write!(out, "no port: {error}"),
             Self::Output(path, error) => write!(out, "{}: {error}", path.display()),
+            Self::Key(path, reason) => write!(out, "{}: {reason}", path.display()),
             Self::Differs => out.write_str("the control group differs from the law on the host"),
         }
     }

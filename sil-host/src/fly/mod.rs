@@ -9,10 +9,12 @@ mod pace;
 mod ports;
 mod record;
 mod session;
+mod signing;
 mod vehicle;
 
 pub use error::FlyError;
 pub use ports::{PortOptions, Ports};
 pub use record::{FlightLogs, FlownReport};
 pub use session::{FlyEvent, FlyOptions, fly};
+pub use signing::read_key;
 pub use vehicle::{FlownTick, FlownVehicle};

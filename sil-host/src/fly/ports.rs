@@ -3,7 +3,7 @@
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};
 
-use mavlink_vehicle::{Decoder, Packet};
+use mavlink_vehicle::{Decoder, Line, Packet};
 
 /// Bytes that a slow connection may owe; frames beyond are dropped whole.
 const OWED_MAX: usize = 1 << 18;
@@ -38,6 +38,7 @@ struct Peer {
 #[derive(Debug)]
 struct Connection {
     stream: TcpStream,
+    line: Line,
     decoder: Decoder,
     owed: Vec<u8>,
     closed: bool,
@@ -72,8 +73,8 @@ impl Ports {
         self.listener.as_ref().and_then(|listener| listener.local_addr().ok())
     }
 
-    /// Passes every packet that has come to `handle`.
-    pub fn receive(&mut self, mut handle: impl FnMut(&Packet)) {
+    /// Passes every packet that has come to `handle`, with the line that it came over.
+    pub fn receive(&mut self, mut handle: impl FnMut(&Packet, Line)) {
         self.accept();
         let mut buffer = [0; 2048];
         // Bounded: a flood waits for the next turn.
@@ -81,7 +82,9 @@ impl Ports {
             let Ok((count, from)) = self.udp.recv_from(&mut buffer) else { break };
             let bytes = buffer.get(..count).unwrap_or_default();
             if let Some(peer) = self.peer(from) {
-                bytes.iter().filter_map(|byte| peer.decoder.push(*byte)).for_each(|p| handle(&p));
+                let line = line(from);
+                let packets = bytes.iter().filter_map(|byte| peer.decoder.push(*byte));
+                packets.for_each(|packet| handle(&packet, line));
             }
         }
         for connection in &mut self.connections {
@@ -111,11 +114,11 @@ impl Ports {
 
     fn accept(&mut self) {
         let Some(listener) = &self.listener else { return };
-        while let Ok((stream, _)) = listener.accept() {
+        while let Ok((stream, from)) = listener.accept() {
             let ready = stream.set_nonblocking(true).and_then(|()| stream.set_nodelay(true));
             if ready.is_ok() && self.connections.len() < STATIONS_MAX {
-                let (decoder, owed) = (Decoder::new(), Vec::new());
-                self.connections.push(Connection { stream, decoder, owed, closed: false });
+                let (line, decoder, owed) = (line(from), Decoder::new(), Vec::new());
+                self.connections.push(Connection { stream, line, decoder, owed, closed: false });
             }
         }
     }
@@ -134,6 +137,11 @@ impl Ports {
     }
 }
 
+/// The line to a station: nobody else reads the loopback interface.
+fn line(station: SocketAddr) -> Line {
+    if station.ip().to_canonical().is_loopback() { Line::Secure } else { Line::Open }
+}
+
 impl Peer {
     fn new(address: SocketAddr) -> Self {
         Self { address, decoder: Decoder::new() }
@@ -141,14 +149,14 @@ impl Peer {
 }
 
 impl Connection {
-    fn receive(&mut self, buffer: &mut [u8], handle: &mut impl FnMut(&Packet)) {
+    fn receive(&mut self, buffer: &mut [u8], handle: &mut impl FnMut(&Packet, Line)) {
         for _ in 0..64 {
             match self.stream.read(buffer) {
                 Ok(0) => return self.closed = true,
                 Ok(count) => {
                     let bytes = buffer.get(..count).unwrap_or_default();
                     let packets = bytes.iter().filter_map(|byte| self.decoder.push(*byte));
-                    packets.for_each(|packet| handle(&packet));
+                    packets.for_each(|packet| handle(&packet, self.line));
                 }
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return,
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}

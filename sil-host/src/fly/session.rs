@@ -19,6 +19,7 @@ use super::error::FlyError;
 use super::pace::Pace;
 use super::ports::{PortOptions, Ports};
 use super::record::{FlightLogs, FlownReport};
+use super::signing;
 use super::vehicle::FlownVehicle;
 use crate::log::LogOptions;
 use crate::log::description::Description;
@@ -125,7 +126,8 @@ fn exchange(
     logs: &FlightLogs,
 ) {
     let mut logged = WithLogs { vehicle: vehicle.piloted(), logs };
-    ports.receive(|packet| protocol.handle(packet, &mut logged));
+    protocol.follow_clock(signing::now());
+    ports.receive(|packet, line| protocol.handle(packet, line, &mut logged));
     for _ in 0..FRAMES_MAX {
         let Some(frame) = protocol.next_frame(&mut logged) else { break };
         ports.send(frame.as_bytes());

@@ -3,6 +3,7 @@
 //! One file per monitor. Each observes every [`Tick`] and ends in rows of the verdict table;
 //! `docs/guarantees.md` derives the bounds.
 
+pub mod activity;
 pub mod angle;
 pub mod applied;
 pub mod auxiliary;
@@ -64,6 +65,7 @@ pub trait Monitor: Observer + Debug {
 #[derive(Debug)]
 pub struct Guarantees {
     applied: applied::Applied,
+    activity: activity::TorqueActivity,
     blocks: BlockMonitors,
     status: status::Faults,
     law: Option<LawMonitors>,
@@ -100,11 +102,12 @@ impl Guarantees {
         Self { law: Some(monitors), blocks, ..Self::of_any_controller(config, actuation) }
     }
 
-    /// The monitors that need no law of the paper: tracking errors, limits of the rotors, faults.
+    /// The monitors that need no law of the paper: tracking errors, limits of the rotors, torque activity, faults.
     #[must_use]
     pub fn of_any_controller(config: &GuaranteeConfig, actuation: &ActuationConfig) -> Self {
         Self {
             applied: applied::Applied::new(actuation),
+            activity: activity::TorqueActivity::default(),
             blocks: BlockMonitors::new(tracking::Tracking::of_any_controller(config), None),
             status: status::Faults::default(),
             law: None,
@@ -132,7 +135,7 @@ impl Guarantees {
     /// The whole table.
     #[must_use]
     pub fn verdicts(&self) -> Vec<Verdict> {
-        let Self { applied, blocks, status, law, added } = self;
+        let Self { applied, activity, blocks, status, law, added } = self;
         let [tracking, lyapunov] = blocks.verdicts();
         let mut rows = Vec::new();
         if let Some(LawMonitors { thrust, torque, .. }) = law {
@@ -140,6 +143,7 @@ impl Guarantees {
             rows.extend(torque.verdicts());
         }
         rows.extend(applied.verdicts());
+        rows.extend(activity.verdicts());
         if let Some(LawMonitors { estimates, .. }) = law {
             rows.extend(estimates.verdicts());
         }
@@ -163,6 +167,7 @@ impl Observer for Guarantees {
             law.auxiliary.observe(tick);
         }
         self.applied.observe(tick);
+        self.activity.observe(tick);
         self.blocks.observe(tick);
         self.status.observe(tick);
         self.added.iter_mut().for_each(|monitor| monitor.observe(tick));

@@ -13,7 +13,7 @@ use crate::plant::actuation::Actuators;
 use crate::plant::disturbance::DisturbanceProcess;
 use crate::plant::rigid_body::RigidBody;
 use crate::plant::vehicle::Vehicle;
-use crate::sensor::Navigation;
+use crate::state_source::StateSource;
 
 /// The flight of a scenario with the controller that it configures.
 pub type ScenarioFlight = Flight<AnyController, AnyTrajectory>;
@@ -43,7 +43,7 @@ impl Scenario {
         let parameters = self.plant_parameters();
         let monitors =
             Guarantees::new(guarantees, controller, &parameters, &self.effective_actuation());
-        if self.sensors.is_some() { monitors.by_estimate() } else { monitors }
+        if self.receives_the_truth() { monitors } else { monitors.by_estimate() }
     }
 }
 
@@ -63,7 +63,6 @@ pub fn flight_with<C: TrackingController>(
     let disturbance = DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period);
     let start = scenario.initial.state();
     let vehicle = Vehicle::new(body, actuators, start);
-    let flight = Flight::new(controller, trajectory, vehicle, disturbance);
-    let Some(sensors) = &scenario.sensors else { return Ok(flight) };
-    Ok(flight.with_navigation(Navigation::new(sensors, scenario.seed, period, &start)?))
+    let source = StateSource::new(scenario, period, &start)?;
+    Ok(Flight::new(controller, trajectory, vehicle, disturbance).with_state_source(source))
 }

@@ -23,6 +23,7 @@ use ctrl_core::trajectory::TrajectoryConfig;
 use glam::DVec3;
 use serde::Deserialize;
 
+use crate::feedback::StateFeedbackConfig;
 use crate::guarantee::GuaranteeConfig;
 use crate::plant::PlantParameters;
 use crate::plant::actuation::ActuationConfig;
@@ -51,6 +52,9 @@ pub struct Scenario {
     /// Sensors; if absent, the controller receives the true state.
     #[serde(default)]
     pub sensors: Option<SensorsConfig>,
+    /// Noise and latency of the state that the controller receives, for a scenario without sensors.
+    #[serde(default)]
+    pub state_feedback: StateFeedbackConfig,
     /// State at the first tick.
     pub initial: InitialCondition,
     /// Disturbance of the vehicle.
@@ -99,6 +103,12 @@ impl Scenario {
     pub fn effective_actuation(&self) -> ActuationConfig {
         let period = f64::from(self.controller.step_period());
         self.actuation.in_steps_of(period / f64::from(self.plant_steps_per_tick))
+    }
+
+    /// `true` if the controller receives the true state, as the theorems assume.
+    #[must_use]
+    pub fn receives_the_truth(&self) -> bool {
+        self.sensors.is_none() && self.state_feedback.is_exact()
     }
 
     /// Violated assumptions of the theorems, one sentence each: a true parameter or disturbance outside the

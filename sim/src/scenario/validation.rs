@@ -1,6 +1,7 @@
 //! Checks beyond the types of fields: ranges of the fields of the simulation, and the theorems' assumptions.
 
 use super::Scenario;
+use crate::feedback::StateFeedbackConfig;
 use crate::guarantee::bounds::ThrustBounds;
 use crate::norm::Norm;
 use crate::number::number;
@@ -22,9 +23,26 @@ pub(super) fn first_fault(scenario: &Scenario) -> Option<(&'static str, String)>
         .into_iter()
         .find(|check| !(check.value.is_finite() && (check.holds)(check.value)))
         .map(|check| (check.path, format!("{} must be {}", check.value, check.bound)))
+        .or_else(|| faulty_state_feedback(scenario))
         .or_else(|| first_infinite_vector(scenario).map(|path| (path, "must be finite".to_owned())))
         .or_else(|| super::check_name(&scenario.name).err().map(|message| ("name", message)))
         .or_else(|| impossible_inertia(scenario).map(|message| ("vehicle.inertia", message)))
+}
+
+/// `[state_feedback]` out of its range, or beside sensors.
+fn faulty_state_feedback(scenario: &Scenario) -> Option<(&'static str, String)> {
+    let feedback = &scenario.state_feedback;
+    let step_period = f64::from(scenario.controller.step_period());
+    let fault = feedback.first_fault(step_period);
+    let fault = fault.map(|(path, value, bound)| (path, format!("{value} must be {bound}")));
+    let beside_sensors = scenario.sensors.is_some() && *feedback != StateFeedbackConfig::default();
+    fault.or_else(|| {
+        beside_sensors.then(|| {
+            let message = "must be absent beside [sensors], whose estimate the controller receives: \
+                           noise and delay are those of the sensors";
+            ("state_feedback", message.to_owned())
+        })
+    })
 }
 
 /// Relative excess of a moment of inertia over the sum of the other two that is accepted: measured values
@@ -227,6 +245,9 @@ pub(super) fn broken_assumptions(scenario: &Scenario) -> Vec<String> {
     broken.extend(scenario.sensors.map(|_| {
         "the controller receives an estimate by sensors in place of the true state".to_owned()
     }));
+    if !scenario.state_feedback.is_exact() {
+        broken.push("the controller receives the state with noise or latency".to_owned());
+    }
     broken
 }
 
