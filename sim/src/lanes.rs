@@ -64,6 +64,12 @@ impl Vectors {
         Self { x: f(self.x), y: f(self.y), z: f(self.z) }
     }
 
+    /// Its components.
+    #[inline(always)]
+    pub fn to_array(self) -> [Scalars; 3] {
+        [self.x, self.y, self.z]
+    }
+
     /// The vector in a lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> DVec3 {

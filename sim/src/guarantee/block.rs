@@ -67,18 +67,16 @@ pub(crate) struct LawLanes {
 }
 
 impl Block {
-    /// The block of one tick.
-    #[must_use]
-    pub fn of(tick: &Tick) -> Self {
-        let mut block = Self::default();
-        block.push(tick);
-        block
+    /// Begins anew.
+    #[inline]
+    pub(crate) fn begin_anew(&mut self) {
+        self.count = 0;
     }
 
     /// Begins anew, after the ticks of `before`.
     #[inline]
     pub(crate) fn begin(&mut self, before: &Self) {
-        self.count = 0;
+        self.begin_anew();
         self.latest_mu = before.latest_mu;
     }
 
@@ -87,6 +85,12 @@ impl Block {
     #[must_use]
     pub fn count(&self) -> usize {
         self.count
+    }
+
+    /// The lanes that have a tick, a bit each.
+    #[inline]
+    pub(super) fn lanes(&self) -> u32 {
+        (1 << self.count) - 1
     }
 
     /// `true` if every lane has a tick.

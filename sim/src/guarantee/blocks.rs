@@ -1,6 +1,7 @@
-//! Monitors that work on blocks of ticks: tracking, and the Lyapunov function.
+//! Monitors that work on blocks of ticks: tracking, sets of the estimates, and the Lyapunov function.
 
 use super::angle::Angles;
+use super::estimates::EstimateSets;
 use super::lyapunov::{EvaluatedBlock, LyapunovMonitor};
 use super::tracking::Tracking;
 use super::verdict::Verdict;
@@ -15,26 +16,28 @@ pub(super) struct BlockMonitors {
     /// Which of them is being filled.
     filling: usize,
     tracking: Tracking,
-    lyapunov: Option<LyapunovMonitor>,
+    law: Option<(EstimateSets, LyapunovMonitor)>,
 }
 
 impl BlockMonitors {
-    /// Without `lyapunov` the controller is none of the paper's.
-    pub fn new(tracking: Tracking, lyapunov: Option<LyapunovMonitor>) -> Self {
-        Self { blocks: Box::default(), filling: 0, tracking, lyapunov }
+    /// Without `law` the controller is none of the paper's.
+    pub fn new(tracking: Tracking, law: Option<(EstimateSets, LyapunovMonitor)>) -> Self {
+        Self { blocks: Box::default(), filling: 0, tracking, law }
     }
 
     /// The monitor of V, under a law of the paper.
     pub fn lyapunov(&mut self) -> Option<&mut LyapunovMonitor> {
-        self.lyapunov.as_mut()
+        self.law.as_mut().map(|(_, lyapunov)| lyapunov)
     }
 
-    /// Rows of the table so far: of tracking, and of V.
-    pub fn verdicts(&self) -> [Vec<Verdict>; 2] {
+    /// Rows of the table so far: of the estimates, of tracking, and of V.
+    pub fn verdicts(&self) -> [Vec<Verdict>; 3] {
         let mut concluded = self.clone();
         concluded.conclude();
-        let Self { tracking, lyapunov, .. } = concluded;
-        [tracking.verdicts(), lyapunov.map(|it| it.verdicts()).unwrap_or_default()]
+        let Self { tracking, law, .. } = concluded;
+        let rows = law.map(|(estimates, lyapunov)| (estimates.verdicts(), lyapunov.verdicts()));
+        let (estimates, lyapunov) = rows.unwrap_or_default();
+        [estimates, tracking.verdicts(), lyapunov]
     }
 
     /// Observes the block that is being filled, and begins the next.
@@ -46,7 +49,8 @@ impl BlockMonitors {
         };
         let due = self.tracking.due(&latest.ticks);
         self.tracking.observe(&latest.ticks, due);
-        if let Some(lyapunov) = &mut self.lyapunov {
+        if let Some((estimates, lyapunov)) = &mut self.law {
+            estimates.observe(&latest.ticks);
             lyapunov.evaluate(latest);
             let (sine, cosine) = (latest.v.lengths.attitude_error, latest.v.attitude.error.w.abs());
             self.tracking.observe_attitude(&latest.ticks, due, Angles { sine, cosine });
@@ -62,7 +66,7 @@ impl BlockMonitors {
             self.complete();
         }
         let last = &self.blocks[self.filling ^ 1];
-        if let Some(lyapunov) = &mut self.lyapunov {
+        if let Some((_, lyapunov)) = &mut self.law {
             lyapunov.judge(last, last, last.ticks.count().saturating_sub(1));
         }
     }

@@ -77,7 +77,6 @@ pub struct Guarantees {
 struct LawMonitors {
     thrust: wrench::Thrust,
     torque: wrench::Torque,
-    estimates: estimates::EstimateSets,
     auxiliary: auxiliary::AuxiliaryRest,
 }
 
@@ -93,12 +92,12 @@ impl Guarantees {
         let monitors = LawMonitors {
             thrust: wrench::Thrust::new(law),
             torque: wrench::Torque::new(law),
-            estimates: estimates::EstimateSets::new(law),
             auxiliary: auxiliary::AuxiliaryRest::new(law),
         };
         let tracking = tracking::Tracking::new(config);
         let lyapunov = lyapunov::LyapunovMonitor::new(config, law, parameters, actuation);
-        let blocks = BlockMonitors::new(tracking, Some(lyapunov));
+        let estimates = estimates::EstimateSets::new(law);
+        let blocks = BlockMonitors::new(tracking, Some((estimates, lyapunov)));
         Self { law: Some(monitors), blocks, ..Self::of_any_controller(config, actuation) }
     }
 
@@ -136,7 +135,7 @@ impl Guarantees {
     #[must_use]
     pub fn verdicts(&self) -> Vec<Verdict> {
         let Self { applied, activity, blocks, status, law, added } = self;
-        let [tracking, lyapunov] = blocks.verdicts();
+        let [estimates, tracking, lyapunov] = blocks.verdicts();
         let mut rows = Vec::new();
         if let Some(LawMonitors { thrust, torque, .. }) = law {
             rows.extend(thrust.verdicts());
@@ -144,9 +143,7 @@ impl Guarantees {
         }
         rows.extend(applied.verdicts());
         rows.extend(activity.verdicts());
-        if let Some(LawMonitors { estimates, .. }) = law {
-            rows.extend(estimates.verdicts());
-        }
+        rows.extend(estimates);
         rows.extend(tracking);
         if let Some(LawMonitors { auxiliary, .. }) = law {
             rows.extend(auxiliary.verdicts());
@@ -163,7 +160,6 @@ impl Observer for Guarantees {
         if let Some(law) = &mut self.law {
             law.thrust.observe(tick);
             law.torque.observe(tick);
-            law.estimates.observe(tick);
             law.auxiliary.observe(tick);
         }
         self.applied.observe(tick);

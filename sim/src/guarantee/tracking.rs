@@ -69,7 +69,7 @@ impl Tracking {
     /// The lanes of a block whose ticks are judged.
     pub fn due(&self, block: &Block) -> u32 {
         let settled = Scalars::new(block.time).simd_ge(all(self.config.settle_time)).to_bitmask();
-        settled & ((1 << block.count()) - 1)
+        settled & block.lanes()
     }
 
     /// Observes position, tilt and heading of the lanes `due`.

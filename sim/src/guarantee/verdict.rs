@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::block::Block;
 use crate::lanes::{LANES, Scalars, all};
 use crate::number::number;
 
@@ -30,6 +31,19 @@ impl Requirement {
             Self::AtMost(bound) => Some(bound - observed),
             Self::Inside(lower, upper) => Some((observed - lower).min(upper - observed)),
             Self::Information => None,
+        }
+    }
+}
+
+impl Requirement {
+    /// [`margin`](Self::margin) of each lane; zero without a bound.
+    #[inline]
+    fn margins(self, observed: Scalars) -> Scalars {
+        match self {
+            Self::AtLeast(bound) => observed - all(bound),
+            Self::AtMost(bound) => all(bound) - observed,
+            Self::Inside(lower, upper) => (observed - all(lower)).min(all(upper) - observed),
+            Self::Information => all(0.0),
         }
     }
 }
@@ -138,6 +152,30 @@ impl Extreme {
         let values = values.to_array();
         for lane in (0..LANES).filter(|lane| open >> lane & 1 == 1) {
             self.highest(values[lane], time[lane]);
+        }
+    }
+
+    /// Keeps the value with the least margin to `requirement`, tick by tick and component by component.
+    #[inline]
+    pub(super) fn tightest_of<const N: usize>(
+        &mut self,
+        components: &[Scalars; N],
+        block: &Block,
+        requirement: Requirement,
+    ) {
+        let every = block.lanes();
+        let open = match self.0 {
+            None => every,
+            Some((kept, _)) => {
+                let kept = requirement.margins(all(kept));
+                let looser = |&x: &Scalars| requirement.margins(x).simd_ge(kept).to_bitmask();
+                every & !components.iter().map(looser).fold(every, |a, b| a & b) // NaN is open
+            }
+        };
+        for lane in (0..LANES).filter(|lane| open >> lane & 1 == 1) {
+            for component in components {
+                self.tightest(component.as_array()[lane], block.time[lane], requirement);
+            }
         }
     }
 

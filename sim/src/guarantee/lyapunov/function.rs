@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use super::adaptation::Resolved;
 use super::attitude::Attitude;
+use super::balance::EvaluatedBlock;
 use super::lengths::Lengths;
 use super::parameters::{Parameters, Widths};
 use super::translation::Translation;
@@ -35,6 +36,8 @@ pub struct Evaluator {
     lasting: [Resolved; 2],
     /// Of the latest tick.
     increments: Increment,
+    /// Room for a block of one tick.
+    single: Option<Box<EvaluatedBlock>>,
 }
 
 /// V and its ingredients at each tick of a block.
@@ -112,13 +115,20 @@ impl Evaluator {
             gyroscopic_ratio: Resolved::default(),
             lasting: [Resolved::default(); 2],
             increments: Increment::default(),
+            single: None,
         }
     }
 
     /// V at this tick; call once per tick, in order.
     #[must_use]
     pub fn evaluate(&mut self, tick: &Tick) -> Evaluation {
-        self.evaluate_block(&Block::of(tick)).first()
+        let mut single = self.single.take().unwrap_or_default();
+        single.ticks.begin_anew();
+        single.ticks.push(tick);
+        self.evaluate_block(&single.ticks, &mut single.v);
+        let evaluation = single.v.first();
+        self.single = Some(single);
+        evaluation
     }
 
     /// `tick` with its evaluation; call once per tick, in order.
@@ -127,73 +137,54 @@ impl Evaluator {
         Tick { evaluation: self.evaluate(tick), ..*tick }
     }
 
-    /// V at each tick of the block that follows the latest.
-    pub(crate) fn evaluate_block(&mut self, block: &Block) -> Evaluated {
-        let p = self.parameters;
-        let delta = p.widths(&block.ticks);
-        let translation = Translation::new(&p, block, delta.0.value);
-        let rate_error = block.rate - block.law.mu - block.law.auxiliary_rate;
-        let body_z = block.attitude * Vectors::all(DVec3::Z);
-        let mut increments = increments(&p, block, translation.g, rate_error);
-        let along = translation.g.dot(body_z);
-        let estimated = self.estimates(block, &translation, along, &mut increments);
-        let law = &block.law;
-        let attitude = Attitude::new(
+    /// Puts V at each tick of the block that follows the latest into `v`.
+    pub(crate) fn evaluate_block(&mut self, block: &Block, v: &mut Evaluated) {
+        let (p, law) = (self.parameters, &block.law);
+        v.delta = p.widths(&block.ticks);
+        v.translation = Translation::new(&p, block, v.delta.0.value);
+        v.rate_error = block.rate - law.mu - law.auxiliary_rate;
+        v.body_z = block.attitude * Vectors::all(DVec3::Z);
+        v.increments = increments(&p, block, v.translation.g, v.rate_error);
+        let estimated = self.estimates(block, v);
+        v.attitude = Attitude::new(
             estimated.alpha,
             (block.reference.specific_force, block.reference.left),
             law.auxiliary_attitude,
             block.attitude,
             law.attitude_error,
         );
-        let [d_hat, torque_hat] = estimated.lasting;
-        let lasting_error = p.integral.map_or(Default::default(), |it| {
-            [Vectors::all(it.acceleration) - d_hat, Vectors::all(it.torque) - torque_hat]
-        });
-        let error = attitude.error;
-        let mut evaluated = Evaluated {
-            rate_error,
-            value: all(0.0),
-            parameter_part: all(0.0),
-            decrease: all(p.c) * translation.decrease
-                + all(p.k3) * error.xyz().length_squared()
-                + all(p.k4) * rate_error.length_squared(),
-            translation,
-            attitude,
-            lengths: Lengths::new(block, &translation, estimated.thrust, error, rate_error),
-            body_z,
-            gyroscopic: p.gyroscopic(block.rate),
-            inverse_mass_error: all(p.inverse_mass) - estimated.inverse_mass,
-            inertia_error: Vectors::all(p.inertia_parameter()) - estimated.inertia,
-            lasting_error,
-            delta,
-            increments,
-            inverse_mass: estimated.inverse_mass,
-        };
-        evaluated.parameter_part = parameter_part(&p, &evaluated, estimated.gyroscopic_ratio);
-        evaluated.value = state_part(&p, &evaluated) + evaluated.parameter_part;
-        evaluated
+        let error = v.attitude.error;
+        v.lengths = Lengths::new(block, &v.translation, estimated.thrust, error, v.rate_error);
+        v.decrease = all(p.c) * v.translation.decrease
+            + all(p.k3) * error.xyz().length_squared()
+            + all(p.k4) * v.rate_error.length_squared();
+        v.gyroscopic = p.gyroscopic(block.rate);
+        v.inverse_mass = estimated.inverse_mass;
+        v.inverse_mass_error = all(p.inverse_mass) - estimated.inverse_mass;
+        v.inertia_error = Vectors::all(p.inertia_parameter()) - estimated.inertia;
+        if let Some(integral) = &p.integral {
+            let [d_hat, torque_hat] = estimated.lasting;
+            let (d_c, t_c) = (Vectors::all(integral.acceleration), Vectors::all(integral.torque));
+            v.lasting_error = [d_c - d_hat, t_c - torque_hat];
+        }
+        v.parameter_part = parameter_part(&p, v, estimated.gyroscopic_ratio);
+        v.value = state_part(&p, v) + v.parameter_part;
     }
 
     /// The estimates, one tick after the other: each moves by the increment of the tick before, and the
-    /// increment of `beta` follows from the thrust. `along` is `G . R e3`.
-    fn estimates(
-        &mut self,
-        block: &Block,
-        translation: &Translation,
-        along: Scalars,
-        increments: &mut Increments,
-    ) -> Estimated {
+    /// increment of `beta` follows from the thrust.
+    fn estimates(&mut self, block: &Block, v: &mut Evaluated) -> Estimated {
         let (p, law) = (self.parameters, &block.law);
         let (reported, set) = if p.saturated.is_some() {
             (law.inverse_inertia, (1.0 / p.inertia_set.1, 1.0 / p.inertia_set.0))
         } else {
             (law.inertia, p.inertia_set)
         };
-        let along = along.to_array();
+        let along = v.translation.g.dot(v.body_z).to_array();
         let mut estimated = Estimated::default();
         for (lane, along) in along.into_iter().enumerate().take(block.count()) {
             let before = self.increments;
-            let mut acceleration = translation.acceleration.lane(lane);
+            let mut acceleration = v.translation.acceleration.lane(lane);
             if p.integral.is_some() {
                 let lasting = self.lasting_estimates(block, lane);
                 acceleration -= lasting[0];
@@ -214,8 +205,8 @@ impl Evaluator {
             estimated.gyroscopic_ratio.set(lane, ratio);
             estimated.alpha.set(lane, alpha);
             estimated.thrust.as_mut_array()[lane] = thrust;
-            increments.inverse_mass.as_mut_array()[lane] = moved;
-            self.increments = increments.lane(lane);
+            v.increments.inverse_mass.as_mut_array()[lane] = moved;
+            self.increments = v.increments.lane(lane);
         }
         estimated
     }

@@ -86,7 +86,7 @@ impl LyapunovMonitor {
 
     /// Evaluates V at the ticks of the block that follows the latest one.
     pub fn evaluate(&mut self, block: &mut EvaluatedBlock) {
-        block.v = self.evaluator.evaluate_block(&block.ticks);
+        self.evaluator.evaluate_block(&block.ticks, &mut block.v);
         let (values, times) = (block.v.value.to_array(), &block.ticks.time);
         let last = block.ticks.count() - 1;
         if self.latest.value().is_none() {

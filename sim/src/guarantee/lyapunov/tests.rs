@@ -148,7 +148,7 @@ fn balances(
     fly_either(config, seconds, tamper, |tick| {
         block.ticks.push(tick);
         if block.ticks.is_full() {
-            block.v = evaluator.evaluate_block(&block.ticks);
+            evaluator.evaluate_block(&block.ticks, &mut block.v);
             see(balance::Balance::new(&evaluator.parameters, &block, &block));
             block.ticks.begin(&block.ticks.clone());
         }
