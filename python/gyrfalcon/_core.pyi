@@ -198,6 +198,8 @@ def run(
     disturbance: Callable[..., Any] | None = None,
     monitors: Sequence[Any] = ...,
     progress: Callable[[int, int], object] | None = None,
+    watch: Callable[[Tick], object] | None = None,
+    watch_every: int = 10,
 ) -> FlightRecord: ...
 def facing(
     motion: ArrayLike, yaw: float, yaw_rate: float, yaw_acceleration: float

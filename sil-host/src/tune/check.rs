@@ -148,6 +148,8 @@ fn definition(proposal: &Proposal, name: &str) -> Definition {
         scenario: Some(request.name.clone()),
         set: vec![],
         envelope: None,
+        stop: None,
+        splitting: None,
         vary: vec![
             mass,
             levels("vehicle.inertia", ends(known.inertia)),
