@@ -1,7 +1,7 @@
-//! Link arguments of the images, and the scenarios that they carry.
+//! Link arguments of the images, and the configurations that they carry.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
+use std::fmt::{Debug, Write};
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
@@ -13,6 +13,7 @@ mod vehicle;
 
 use ctrl_core::allocation::Allocator;
 use ctrl_core::controller::{AdaptiveController, ControllerConfig, TrackingController};
+use ctrl_core::filter::RateFilter;
 use ctrl_core::mode::Supervisor;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
@@ -40,12 +41,13 @@ fn main() {
     let scenarios: BTreeMap<String, Document> =
         scenario_files(&directory).map(|(name, path)| (name, read(&path))).collect();
     let flown = flown(&scenarios, &name);
-    let code = code(&scenarios, &name, control_rate(&flown));
+    let rate = control_rate(&flown);
+    let code = code(&scenarios, &name, rate);
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("set by Cargo"));
     let write = |name: &str, content: &[u8]| fs::write(out.join(name), content).expect("OUT_DIR");
     write("scenarios.rs", code.as_bytes());
-    write("built_in_mission.postcard", &postcard::to_allocvec(&flown).expect("postcard takes any"));
-    write("vehicle.postcard", &vehicle_bytes());
+    write("built_in_mission.rs", source(&flown).as_bytes());
+    write("vehicle.rs", source(&vehicle(1.0 / rate as f32)).as_bytes());
 }
 
 /// The built-in mission; `GYRFALCON_CONTROL_RATE` (Hz) stands for the scenario's step period.
@@ -109,8 +111,16 @@ fn code(scenarios: &BTreeMap<String, Document>, flown: &str, rate: u32) -> Strin
     )
 }
 
-/// The checked content of `vehicle.toml`.
-fn vehicle_bytes() -> Vec<u8> {
+/// A configuration as an expression of Rust: its `Debug` form, with a constructor around each list.
+///
+/// A `static` of it lies in the flash, is read in place, and needs no parser in the image. The names of
+/// types are imported beside the `include!`; a test compares the static with the file.
+fn source(config: &impl Debug) -> String {
+    format!("{config:?}").replace("[]", "none()").replace('[', "list([").replace(']', "])")
+}
+
+/// The checked content of `vehicle.toml`, for control ticks each `step_period` (s).
+fn vehicle(step_period: f32) -> VehicleConfig {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("vehicle.toml");
     println!("cargo:rerun-if-changed={}", path.display());
     let vehicle: VehicleConfig = read(&path);
@@ -118,7 +128,8 @@ fn vehicle_bytes() -> Vec<u8> {
     assert_eq!(vehicle.geometry.rotors.len(), ROTORS, "vehicle.toml: rotors");
     Supervisor::new(&vehicle.supervisor).unwrap_or_else(|error| fault(&error));
     Allocator::new(&vehicle.geometry).unwrap_or_else(|error| fault(&error));
-    postcard::to_allocvec(&vehicle).expect("postcard takes any vehicle")
+    RateFilter::new(&vehicle.rate_filter, step_period).unwrap_or_else(|error| fault(&error));
+    vehicle
 }
 
 /// Only images for the target are linked with `memory.x`.

@@ -78,6 +78,7 @@ pub mod config;
 pub mod controller;
 pub mod error;
 pub mod estimator;
+pub mod filter;
 pub mod jet;
 pub mod list;
 pub mod mode;

@@ -16,6 +16,18 @@ impl<T: Copy, const N: usize> List<T, N> {
     pub const fn empty(filler: T) -> Self {
         Self { items: [filler; N], len: 0 }
     }
+
+    /// The elements of an array that fits; `filler` takes the unused places.
+    #[must_use]
+    pub const fn from_array<const M: usize>(elements: [T; M], filler: T) -> Self {
+        const { assert!(M <= N, "more elements than the list has places") };
+        let (mut items, mut place) = ([filler; N], 0);
+        while place < M {
+            items[place] = elements[place];
+            place += 1;
+        }
+        Self { items, len: M }
+    }
 }
 
 impl<T: Copy + Default, const N: usize> List<T, N> {
@@ -175,6 +187,8 @@ mod tests {
         list[0] = 9;
         assert_eq!(List::from_slice(&[9, 2]), Some(list));
         assert_eq!(List::<u8, 2>::from_slice(&[1, 2, 3]), None);
+        const ONE: List<u8, 2> = List::from_array([7], 0);
+        assert_eq!(*ONE, [7]);
         list.truncate(0);
         assert_eq!(list, List::default());
     }

@@ -34,8 +34,6 @@ pub struct PreparedInputs {
     pub sample: Option<StateSample>,
     /// The reference of the next tick.
     pub reference: Reference,
-    /// A law that replaces the one before from the next start.
-    pub law: Option<AnyController>,
     /// The vehicle must not fly.
     pub fault: bool,
 }
@@ -45,39 +43,50 @@ pub struct PreparedInputs {
 pub struct Inbox {
     prepared: PreparedInputs,
     command: Option<Command>,
+    /// The latest law, and whether the control group has to take it.
+    law: AnyController,
+    law_waits: bool,
 }
 
 impl Inbox {
-    /// The inbox before the first tick.
+    /// The inbox before the first tick, whose law the control group has.
     #[must_use]
-    pub const fn new(prepared: PreparedInputs) -> Self {
-        Self { prepared, command: None }
+    pub fn new(prepared: PreparedInputs, law: &AnyController) -> Self {
+        Self { prepared, command: None, law: *law, law_waits: false }
     }
 
-    /// Replaces the inputs, but for a law that has not been taken and no newer one replaces; asks
-    /// for the next command if none waits.
+    /// Replaces the inputs; asks for the next command if none waits.
     pub fn put(
         &mut self,
         prepared: PreparedInputs,
         next_command: impl FnOnce() -> Option<Command>,
     ) {
-        let law = prepared.law.or(self.prepared.law);
-        self.prepared = PreparedInputs { law, ..prepared };
+        self.prepared = prepared;
         self.command = self.command.or_else(next_command);
     }
 
-    /// The inputs of one tick. Sample, command and law are taken: when state input is late, the
+    /// Puts in a law that replaces the one before from the next start.
+    pub fn put_law(&mut self, law: &AnyController) {
+        self.law = *law;
+        self.law_waits = true;
+    }
+
+    /// The inputs of one tick. Sample and command are taken: when state input is late, the
     /// next tick misses its sample.
-    pub fn take(&mut self, overrun: bool, outputs_off: bool) -> (Inputs, Option<AnyController>) {
-        let inputs = Inputs {
+    pub fn take(&mut self, overrun: bool, outputs_off: bool) -> Inputs {
+        Inputs {
             sample: self.prepared.sample.take(),
             reference: self.prepared.reference,
             command: self.command.take(),
             overrun,
             fault: self.prepared.fault,
             outputs_off,
-        };
-        (inputs, self.prepared.law.take())
+        }
+    }
+
+    /// A law that has come since it was last taken.
+    pub fn take_law(&mut self) -> Option<&AnyController> {
+        core::mem::take(&mut self.law_waits).then_some(&self.law)
     }
 
     /// Turns a command that waits into Disarm: lock step has ended, and the command was meant for
@@ -101,27 +110,36 @@ pub struct Outbox {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::BUILT_IN_MISSION;
     use ctrl_core::vehicle::VehicleState;
     use glam::Vec3;
+    use link::ControllerKind;
+
+    fn law(kind: ControllerKind) -> AnyController {
+        BUILT_IN_MISSION.tuning.controller_of(kind).unwrap()
+    }
+
+    fn inbox() -> Inbox {
+        Inbox::new(prepared(), &law(ControllerKind::Saturated))
+    }
 
     fn prepared() -> PreparedInputs {
         let state = VehicleState::at_rest(Vec3::X);
         PreparedInputs {
             sample: Some(StateSample { state, age_ticks: 3 }),
             reference: Reference::hover(Vec3::Y),
-            law: None,
             fault: true,
         }
     }
 
     #[test]
     fn inputs_are_taken_once_and_the_reference_stays() {
-        let mut inbox = Inbox::new(prepared());
+        let mut inbox = inbox();
         inbox.put(prepared(), || Some(Command::Arm));
         inbox.put(prepared(), || panic!("a command waits"));
-        let (first, _) = inbox.take(false, true);
+        let first = inbox.take(false, true);
         assert_eq!((first.sample, first.command), (prepared().sample, Some(Command::Arm)));
-        let (second, _) = inbox.take(true, false);
+        let second = inbox.take(true, false);
         assert_eq!((second.sample, second.command), (None, None));
         assert_eq!(second.reference, Reference::hover(Vec3::Y));
         assert!(second.fault && second.overrun && !first.overrun);
@@ -130,20 +148,22 @@ mod tests {
 
     #[test]
     fn a_waiting_command_becomes_disarm_and_none_stays_none() {
-        let mut inbox = Inbox::new(prepared());
+        let mut inbox = inbox();
         inbox.disarm();
-        assert_eq!(inbox.take(false, false).0.command, None);
+        assert_eq!(inbox.take(false, false).command, None);
         inbox.put(prepared(), || Some(Command::Start));
         inbox.disarm();
-        assert_eq!(inbox.take(false, false).0.command, Some(Command::Disarm));
+        assert_eq!(inbox.take(false, false).command, Some(Command::Disarm));
     }
 
     #[test]
     fn a_law_waits_until_it_is_taken() {
-        let law = crate::scenario::built_in_mission().unwrap().tuning.controller().unwrap();
-        let mut inbox = Inbox::new(PreparedInputs { law: Some(law), ..prepared() });
+        let mut inbox = inbox();
+        assert!(inbox.take_law().is_none());
+        let law = law(ControllerKind::RobustAdaptive);
+        inbox.put_law(&law);
         inbox.put(prepared(), || None);
-        assert!(inbox.take(false, false).1.is_some());
-        assert!(inbox.take(false, false).1.is_none());
+        assert_eq!(inbox.take_law(), Some(&law));
+        assert!(inbox.take_law().is_none());
     }
 }

@@ -1,4 +1,4 @@
-//! One tick of the control group: supervision, law, allocation.
+//! One tick of the control group: filters of the rate, supervision, law, allocation.
 //!
 //! Pure and free of formatting: the inputs are prepared by the state-input group, the outputs are
 //! copied to rotors and telemetry.
@@ -9,6 +9,7 @@ use ctrl_core::controller::{
     TrackingController,
 };
 use ctrl_core::error::ConfigError;
+use ctrl_core::filter::{RateFilter, RateFilterConfig, RateFilterState};
 use ctrl_core::mode::{
     Cause, Command, Conditions, Mode, Refusal, SAFE, Supervisor, SupervisorConfig, SupervisorState,
 };
@@ -70,7 +71,9 @@ pub struct FlightControl {
     supervisor: Supervisor,
     supervisor_state: SupervisorState,
     allocator: Allocator,
-    /// The latest good sample: held when one is missed, as the fixed step needs an input.
+    rate_filter: RateFilter,
+    rate_filter_state: RateFilterState,
+    /// The latest good sample, its rate filtered: held when one is missed, as the fixed step needs an input.
     vehicle: Option<VehicleState>,
     status: StepStatus,
     tick: u64,
@@ -78,18 +81,21 @@ pub struct FlightControl {
 }
 
 impl FlightControl {
-    /// Puts a law under supervision, disarmed.
+    /// Puts a law under supervision, disarmed, without filters of the rate.
     ///
     /// # Errors
     /// The parameter that supervisor or allocator refuses.
     pub fn new(
-        law: AnyController,
+        law: &AnyController,
         supervisor: &SupervisorConfig,
         geometry: &RotorGeometry,
     ) -> Result<Self, ConfigError> {
+        let rate_filter = RateFilter::new(&RateFilterConfig::default(), law.step_period())?;
         Ok(Self {
             law_state: law.initial_state(),
-            law,
+            law: *law,
+            rate_filter_state: rate_filter.initial_state(),
+            rate_filter,
             supervisor: Supervisor::new(supervisor)?,
             supervisor_state: SupervisorState::default(),
             allocator: Allocator::new(geometry)?,
@@ -98,6 +104,16 @@ impl FlightControl {
             tick: 0,
             flight_tick: 0,
         })
+    }
+
+    /// Puts filters of the body rate before the law, from the next sample on.
+    ///
+    /// # Errors
+    /// The parameter that the filter refuses; the filters are then as they were.
+    pub fn set_rate_filter(&mut self, config: &RateFilterConfig) -> Result<(), ConfigError> {
+        self.rate_filter = RateFilter::new(config, self.law.step_period())?;
+        self.rate_filter_state = self.rate_filter.initial_state();
+        Ok(())
     }
 
     /// One control period.
@@ -114,9 +130,10 @@ impl FlightControl {
     }
 
     /// Replaces the law from the next start; in flight it is ignored.
-    pub fn replace_law(&mut self, law: AnyController) {
+    pub fn replace_law(&mut self, law: &AnyController) {
         if !matches!(self.supervisor_state.mode(), Mode::Flying | Mode::Failsafe) {
-            (self.law, self.law_state) = (law, law.initial_state());
+            self.law = *law;
+            self.law_state = law.initial_state();
         }
     }
 
@@ -155,7 +172,11 @@ impl FlightControl {
 
     /// Counts the period, carries out the command, and resets the law at the start of a flight.
     fn supervise(&mut self, inputs: &Inputs) -> Option<Result<Mode, Refusal>> {
-        let sample = inputs.sample.map(|sample| sample.state).filter(is_good);
+        let mut sample = inputs.sample.map(|sample| sample.state).filter(is_good);
+        if let Some(sample) = &mut sample {
+            let rate_body = self.rate_filter.step(&mut self.rate_filter_state, sample.rate_body);
+            sample.rate_body = rate_body;
+        }
         self.vehicle = sample.or(self.vehicle);
         let conditions = Conditions {
             attitude: sample.map(|vehicle| vehicle.attitude),

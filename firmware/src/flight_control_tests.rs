@@ -1,25 +1,26 @@
 //! Short histories of control periods under the shipped vehicle and the flown scenario.
 
+use ctrl_core::filter::LowPassConfig;
 use ctrl_core::vehicle::Wrench;
 use glam::{Quat, Vec3};
 use link::ControllerKind;
 
 use super::*;
-use crate::scenario::{Tuning, built_in_mission};
-use crate::vehicle::vehicle_config;
+use crate::scenario::{BUILT_IN_MISSION, Tuning};
+use crate::vehicle::VEHICLE;
 
 fn law() -> AnyController {
-    let mission = built_in_mission().unwrap();
+    let mission = &BUILT_IN_MISSION;
     Tuning { kind: ControllerKind::Saturated, ..mission.tuning }.controller().unwrap()
 }
 
 fn supervisor() -> SupervisorConfig {
-    vehicle_config().unwrap().supervisor
+    VEHICLE.supervisor
 }
 
 fn new() -> FlightControl {
-    let config = vehicle_config().unwrap();
-    FlightControl::new(law(), &config.supervisor, &config.geometry).unwrap()
+    let config = &VEHICLE;
+    FlightControl::new(&law(), &config.supervisor, &config.geometry).unwrap()
 }
 
 fn fresh(state: VehicleState) -> Option<StateSample> {
@@ -69,8 +70,37 @@ fn rotors_stand_still_until_armed_and_started() {
 }
 
 #[test]
+fn the_law_flies_on_the_filtered_rate_of_every_good_sample() {
+    let low_pass = LowPassConfig { frequency: 60.0, quality: 0.7 };
+    let config = RateFilterConfig { low_pass: Some(low_pass), ..RateFilterConfig::default() };
+    let (mut flight, law) = (new(), law());
+    flight.set_rate_filter(&config).unwrap();
+    let filter = RateFilter::new(&config, law.step_period()).unwrap();
+    let (mut memory, mut state) = (filter.initial_state(), law.initial_state());
+    let fresh_samples = supervisor().fresh_samples;
+    for tick in 0..fresh_samples + 200 {
+        let mut sample = VehicleState::at_rest(Vec3::new(0.1, -0.2, 0.0));
+        sample.rate_body = Vec3::new(0.05, -0.1, 0.02) * if tick % 3 == 0 { 1.0 } else { -0.6 };
+        let command = match tick.checked_sub(fresh_samples) {
+            Some(0) => Some(Command::Arm),
+            Some(1) => Some(Command::Start),
+            _ => None,
+        };
+        let outputs = flight.tick(&Inputs { sample: fresh(sample), command, ..inputs() });
+        sample.rate_body = filter.step(&mut memory, sample.rate_body);
+        if tick > fresh_samples {
+            assert_eq!(outputs.step, law.step(&mut state, &sample, &inputs().reference));
+        }
+    }
+    let fast = LowPassConfig { frequency: 600.0, quality: 0.7 };
+    let config = RateFilterConfig { low_pass: Some(fast), ..config };
+    let refused = flight.set_rate_filter(&config).unwrap_err();
+    assert_eq!(refused.parameter, "rate_filter.low_pass.frequency");
+}
+
+#[test]
 fn the_rotors_make_the_wrench_of_the_law() {
-    let config = vehicle_config().unwrap();
+    let config = &VEHICLE;
     let allocator = Allocator::new(&config.geometry).unwrap();
     let law = law();
     let mut state = law.initial_state();

@@ -24,9 +24,11 @@ use defmt_semihosting as _;
 
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
+    use core::mem::MaybeUninit;
     use core::sync::atomic::Ordering::Relaxed;
 
     use cortex_m::peripheral::SCB;
+    use ctrl_core::controller::AnyController;
     use firmware::board::peripherals::{
         Peripherals, Rotors, WATCHDOG_TIMEOUT, now, start_control_tick,
     };
@@ -38,11 +40,12 @@ mod app {
     use firmware::flight_control::FlightControl;
     use firmware::parameter_store::{Found, ParameterStore};
     use firmware::rate_loop::{Due, Group};
-    use firmware::scenario::BuiltInMission;
+    use firmware::scenario::{BUILT_IN_MISSION, Tuning};
     use firmware::session::{HostSession, SessionConfig, SessionMemory};
     use firmware::stored_parameters::{SetError, put_in_force};
     use firmware::tick_source::{Begin, Pend, TickOrigin, TickSource};
-    use firmware::{rates, scenario, vehicle};
+    use firmware::vehicle::VEHICLE;
+    use firmware::{rates, scenario};
     use heapless::spsc::{Consumer, Producer, Queue};
     use link::{Decoder, Downlink, Health, LinkStatistics, ParametersInForce, Uplink};
     use stm32f4xx_hal::pac::{Interrupt, USART2};
@@ -58,9 +61,9 @@ mod app {
     #[shared]
     struct Shared {
         ticks: TickSource,
-        inbox: Inbox,
+        inbox: &'static mut Inbox,
         outbox: Outbox,
-        session: HostSession<'static>,
+        session: &'static mut HostSession<'static>,
         link: LinkStatistics,
         health: Option<Health>,
         transmitter: Transmitter,
@@ -68,7 +71,7 @@ mod app {
 
     #[local]
     struct Local {
-        flight: FlightControl,
+        flight: &'static mut FlightControl,
         rotors: Rotors,
         receiver: Rx<USART2>,
         received_in: Producer<'static, u8>,
@@ -79,15 +82,15 @@ mod app {
         events: EventLog,
     }
 
-    /// The memory of the session holds a whole path: it is a static, zero at first, and filled in place.
+    /// What takes hundreds of bytes is a static, zero at first, and filled in place.
     #[init(local = [queue: Queue<u8, RECEIVED> = Queue::new(),
-                    memory: SessionMemory = SessionMemory::new()])]
+                    memory: SessionMemory = SessionMemory::new(),
+                    session_memory: MaybeUninit<HostSession<'static>> = MaybeUninit::uninit(),
+                    inbox_memory: MaybeUninit<Inbox> = MaybeUninit::uninit(),
+                    flight_memory: MaybeUninit<FlightControl> = MaybeUninit::uninit()])]
     fn init(mut cx: init::Context) -> (Shared, Local) {
-        // build.rs has checked all of these: an error means a damaged image.
-        let Ok(vehicle) = vehicle::vehicle_config() else { panic!("damaged vehicle") };
-        let Ok(mut mission) = scenario::built_in_mission() else { panic!("damaged scenario") };
         let mut thrust_max = [0.0; ROTORS];
-        for (max, rotor) in thrust_max.iter_mut().zip(&vehicle.geometry.rotors) {
+        for (max, rotor) in thrust_max.iter_mut().zip(&VEHICLE.geometry.rotors) {
             *max = rotor.thrust.upper;
         }
         let mut peripherals = Peripherals::new(cx.device, &mut cx.core, thrust_max);
@@ -98,15 +101,18 @@ mod app {
         }
         // May erase, which takes most of a second: the control loop has not begun.
         let (store, found) = ParameterStore::open(peripherals.storage);
-        let in_force = parameters_in_force(&mut mission, &found);
-        let config = SessionConfig::new(Active::NAME, Active::TELEMETRY_PERIOD_MIN, &vehicle);
-        let memory = cx.local.memory;
-        let Ok(mut session) = HostSession::new(memory, config, &mission, in_force, fault) else {
-            panic!("damaged scenario");
-        };
-        let flight = FlightControl::new(session.law(), &vehicle.supervisor, &vehicle.geometry);
-        let Ok(flight) = flight else { panic!("damaged vehicle") };
-        let inbox = Inbox::new(session.prepare(ControlStatus::default()));
+        let mut tuning = BUILT_IN_MISSION.tuning;
+        let in_force = parameters_in_force(&mut tuning, &found);
+        let config = SessionConfig::new(Active::NAME, Active::TELEMETRY_PERIOD_MIN, &VEHICLE);
+        let (place, memory) = (cx.local.session_memory, cx.local.memory);
+        let trajectory = &BUILT_IN_MISSION.trajectory;
+        let session =
+            HostSession::new_in(place, memory, config, &tuning, trajectory, in_force, fault);
+        // build.rs has checked all numbers: an error means a damaged image.
+        let Ok(session) = session else { panic!("damaged scenario") };
+        let flight = begin_flight(cx.local.flight_memory, session.law());
+        let prepared = session.prepare(ControlStatus::default());
+        let inbox = cx.local.inbox_memory.write(Inbox::new(prepared, session.law()));
         let (received_in, received_out) = cx.local.queue.split();
         defmt::info!(
             "{=str}: scenario {=str}, control at {=u32} Hz",
@@ -140,9 +146,29 @@ mod app {
         )
     }
 
+    /// Puts the law under supervision.
+    #[inline(never)]
+    fn begin_flight(
+        place: &'static mut MaybeUninit<FlightControl>,
+        law: &AnyController,
+    ) -> &'static mut FlightControl {
+        match FlightControl::new(law, &VEHICLE.supervisor, &VEHICLE.geometry) {
+            Ok(flight) => {
+                let flight = place.write(flight);
+                let filter = &VEHICLE.rate_filter;
+                if !filter.is_empty() && flight.set_rate_filter(filter).is_err() {
+                    panic!("damaged vehicle");
+                }
+                flight
+            }
+            Err(_) => panic!("damaged vehicle"),
+        }
+    }
+
     /// Puts the stored parameters in force, if they are accepted, and logs the result.
-    fn parameters_in_force(mission: &mut BuiltInMission, found: &Found) -> ParametersInForce {
-        let (in_force, result) = put_in_force(mission, found);
+    #[inline(never)]
+    fn parameters_in_force(tuning: &mut Tuning, found: &Found) -> ParametersInForce {
+        let (in_force, result) = put_in_force(tuning, &BUILT_IN_MISSION.trajectory, found);
         let (origin, generation) = (in_force.origin as u8, in_force.generation);
         defmt::info!("parameters of origin {=u8}, generation {=u32}", origin, generation);
         if let Err(SetError::Invalid(error)) = result {
@@ -189,10 +215,12 @@ mod app {
         UPTIME.store(tick.uptime, Relaxed);
         let start = Active::cost();
         let outputs_off = tick.origin == TickOrigin::LockStep;
-        let (inputs, law) = inbox.lock(|inbox| inbox.take(tick.overrun, outputs_off));
-        if let Some(law) = law {
-            flight.replace_law(law);
-        }
+        let inputs = inbox.lock(|inbox| {
+            if let Some(law) = inbox.take_law() {
+                flight.replace_law(law);
+            }
+            inbox.take(tick.overrun, outputs_off)
+        });
         let outputs = flight.tick(&inputs);
         match outputs.thrusts.as_ref().and_then(|thrusts| thrusts.first_chunk()) {
             Some(thrusts) if !outputs_off => rotors.command(thrusts),
@@ -264,6 +292,9 @@ mod app {
                 }
             }
             let prepared = session.prepare(status);
+            if let Some(law) = session.take_law() {
+                inbox.lock(|inbox| inbox.put_law(law));
+            }
             inbox.lock(|inbox| inbox.put(prepared, || session.next_command()));
             ticks.lock(|ticks| ticks.time_telemetry(session.telemetry_period()));
             (session.take_lock_step_request(), session.has_answers())
@@ -333,7 +364,7 @@ mod app {
             cx.local.events.log(status, &report, late);
             health.lock(|health| *health = Some(report));
             if let Some(parameters) = session.lock(|session| session.next_to_store()) {
-                let result = cx.local.store.append(&parameters.encode());
+                let result = cx.local.store.append(&parameters);
                 session.lock(|session| session.stored(result));
             }
             ticks.lock(|ticks| ticks.finish_housekeeping(now()))

@@ -26,6 +26,8 @@ pub const SECTORS: usize = 2;
 /// Mark, generation, length.
 const HEADER: usize = 10;
 const CHECKSUM: usize = 4;
+/// Bytes that are read back at once.
+const CHUNK: usize = 32;
 /// Longest payload of a record (bytes).
 pub const PAYLOAD_MAX: usize = SLOT - HEADER - CHECKSUM;
 
@@ -96,15 +98,17 @@ impl<F: NorFlash> ParameterStore<F> {
     const SLOTS: usize = F::ERASE_SIZE / SLOT;
 
     /// Finds the newest record and makes room. May erase: up to a second on the F405.
+    #[inline(never)]
     pub fn open(flash: F) -> (Self, Found) {
         const {
             assert!(F::ERASE_SIZE.is_multiple_of(SLOT) && F::ERASE_SIZE >= 2 * SLOT);
-            assert!(SLOT.is_multiple_of(F::WRITE_SIZE) && SLOT.is_multiple_of(F::READ_SIZE));
+            assert!(SLOT.is_multiple_of(F::WRITE_SIZE) && SLOT.is_multiple_of(CHUNK));
+            assert!(CHUNK.is_multiple_of(F::READ_SIZE));
         }
         let mut store = Self { flash, generation: 0, active: 0, free: [None; SECTORS] };
         let surveys: [_; SECTORS] = core::array::from_fn(|sector| store.survey(sector));
         let newest = (0..SECTORS).filter_map(|sector| {
-            let (generation, slot) = surveys[sector]?.newest?;
+            let (generation, slot) = (*surveys.get(sector)?)?.newest?;
             Some((generation, sector, slot))
         });
         let newest = newest.max();
@@ -113,10 +117,12 @@ impl<F: NorFlash> ParameterStore<F> {
             None if surveys.iter().flatten().all(|survey| survey.end <= 1) => Found::Nothing,
             None => Found::Unreadable,
         };
-        for (sector, survey) in surveys.into_iter().enumerate() {
+        let mut free = [None; SECTORS];
+        for ((sector, survey), free) in surveys.into_iter().enumerate().zip(&mut free) {
             let holds_newest = newest.is_some_and(|(_, holder, _)| holder == sector);
-            store.free[sector] = store.make_room(sector, survey, holds_newest);
+            *free = store.make_room(sector, survey, holds_newest);
         }
+        store.free = free;
         (store, found)
     }
 
@@ -124,27 +130,40 @@ impl<F: NorFlash> ParameterStore<F> {
     ///
     /// # Errors
     /// The record before is then still in force.
+    #[inline(never)]
     pub fn append(&mut self, payload: &[u8]) -> Result<u32, StoreError> {
         let generation = self.generation.checked_add(1).ok_or(StoreError::Failed)?;
-        let (record, length) = encode(generation, payload).ok_or(StoreError::Failed)?;
+        let mut record = Vec::new();
+        encode(generation, payload, F::WRITE_SIZE, &mut record).ok_or(StoreError::Failed)?;
         let other = SECTORS - 1 - self.active;
         let room = |sector: usize| {
-            self.free[sector].filter(|slot| *slot < Self::SLOTS).map(|slot| (sector, slot))
+            let slot = (*self.free.get(sector)?).filter(|slot| *slot < Self::SLOTS);
+            slot.map(|slot| (sector, slot))
         };
         let (sector, slot) = room(self.active).or_else(|| room(other)).ok_or_else(|| {
             if self.free == [None; SECTORS] { StoreError::Failed } else { StoreError::Full }
         })?;
         // A slot is used up even if that fails: what is left in it is not known.
-        self.free[sector] = Some(slot + 1);
+        *self.free.get_mut(sector).ok_or(StoreError::Failed)? = Some(slot + 1);
         self.active = sector;
-        let length = length.next_multiple_of(F::WRITE_SIZE);
-        let written = self.flash.write(Self::offset(sector, slot), &record[..length]);
-        written.map_err(|_| StoreError::Failed)?;
-        if self.slot(sector, slot) != Some(record) {
+        let place = Self::offset(sector, slot);
+        self.flash.write(place, &record).map_err(|_| StoreError::Failed)?;
+        if !self.holds(place, &record) {
             return Err(StoreError::Failed);
         }
         self.generation = generation;
         Ok(generation)
+    }
+
+    /// `true` if the memory at `place` reads as `record` and is blank behind it, to the end of the slot.
+    fn holds(&mut self, place: u32, record: &[u8]) -> bool {
+        let blank = [ERASED; CHUNK];
+        (0..SLOT).step_by(CHUNK).all(|offset| {
+            let mut read = [0; CHUNK];
+            let expected = record.iter().skip(offset).chain(blank.iter());
+            self.flash.read(place + offset as u32, &mut read).is_ok()
+                && read.iter().zip(expected).all(|(read, expected)| read == expected)
+        })
     }
 
     /// Goes on with the log behind its newest record.
@@ -176,9 +195,9 @@ impl<F: NorFlash> ParameterStore<F> {
         let (start, end) = (Self::offset(sector, 0), Self::offset(sector + 1, 0));
         self.flash.erase(start, end).ok()?;
         let mut mark = [ERASED; SLOT];
-        mark[..SECTOR_MARK.len()].copy_from_slice(&SECTOR_MARK);
+        *mark.first_chunk_mut()? = SECTOR_MARK;
         let length = SECTOR_MARK.len().next_multiple_of(F::WRITE_SIZE);
-        self.flash.write(start, &mark[..length]).ok()
+        self.flash.write(start, mark.get(..length)?).ok()
     }
 
     /// Reads a whole sector; none if that fails.
@@ -210,19 +229,22 @@ impl<F: NorFlash> ParameterStore<F> {
     }
 }
 
-/// A slot with a record, and how much of it is not blank; none if the payload is too long.
-fn encode(generation: u32, payload: &[u8]) -> Option<([u8; SLOT], usize)> {
-    let mut record = Vec::<u8, SLOT>::new();
+/// Writes a record for the start of a slot, in whole units of `write_size`; none if the payload is too
+/// long.
+fn encode(
+    generation: u32,
+    payload: &[u8],
+    write_size: usize,
+    record: &mut Vec<u8, SLOT>,
+) -> Option<()> {
     let length = u16::try_from(payload.len()).ok()?.to_le_bytes();
     record.extend_from_slice(&RECORD_MARK).ok()?;
     record.extend_from_slice(&generation.to_le_bytes()).ok()?;
     record.extend_from_slice(&length).ok()?;
     record.extend_from_slice(payload).ok()?;
-    let checksum = CRC.checksum(&record).to_le_bytes();
+    let checksum = CRC.checksum(record).to_le_bytes();
     record.extend_from_slice(&checksum).ok()?;
-    let used = record.len();
-    record.resize(SLOT, ERASED).ok()?;
-    Some((record.into_array().ok()?, used))
+    record.resize(record.len().next_multiple_of(write_size), ERASED).ok()
 }
 
 /// Generation and payload of the record in a slot, if it holds a whole one.

@@ -191,7 +191,7 @@ impl Vehicle for PilotedVehicle<'_, '_, '_> {
         let before = (0..).map_while(|index| self.parameter_at(index));
         let before = before.into_iter().find(|parameter| parameter.0 == name);
         self.session.set_parameter(name, value, self.status).map_err(refusal)?;
-        self.pilot.follow(&self.session.law()).map_err(|error| {
+        self.pilot.follow(self.session.law()).map_err(|error| {
             if let Some((name, value)) = before {
                 // It was in force a moment ago.
                 let _ = self.session.set_parameter(name, value, self.status);
@@ -220,7 +220,7 @@ mod tests {
     use link::ParametersInForce;
 
     use super::*;
-    use crate::scenario::{BuiltInMission, built_in_mission};
+    use crate::scenario::BUILT_IN_MISSION;
     use crate::session::{SessionConfig, SessionMemory};
 
     const GROUND: ControlStatus =
@@ -235,13 +235,14 @@ mod tests {
         };
         let hover = HoverConfig { position_world: Vec3::ZERO, yaw: 0.0 };
         let trajectory = TrajectoryConfig::Hover(hover);
-        let mission = BuiltInMission { trajectory, ..built_in_mission().unwrap() };
         let memory = Box::leak(Box::new(SessionMemory::new()));
-        HostSession::new(memory, config, &mission, ParametersInForce::default(), None).unwrap()
+        let in_force = ParametersInForce::default();
+        HostSession::new(memory, config, &BUILT_IN_MISSION.tuning, &trajectory, in_force, None)
+            .unwrap()
     }
 
     fn pilot(session: &HostSession) -> Pilot {
-        Pilot::new(&Pilot::moderate(&session.law()), &session.law()).unwrap()
+        Pilot::new(&Pilot::moderate(session.law()), session.law()).unwrap()
     }
 
     fn view(mode: Mode) -> View {
@@ -252,13 +253,13 @@ mod tests {
     #[test]
     fn references_beyond_the_laws_bound_are_refused() {
         let session = session();
-        let mut config = Pilot::moderate(&session.law());
+        let mut config = Pilot::moderate(session.law());
         config.shaper.acceleration_max *= 1.01;
-        let error = Pilot::new(&config, &session.law()).unwrap_err();
+        let error = Pilot::new(&config, session.law()).unwrap_err();
         assert_eq!(error.parameter, "trajectory.acceleration_bound");
-        let mut config = Pilot::moderate(&session.law());
+        let mut config = Pilot::moderate(session.law());
         config.shaper.step_period *= 2.0;
-        let error = Pilot::new(&config, &session.law()).unwrap_err();
+        let error = Pilot::new(&config, session.law()).unwrap_err();
         assert_eq!(error.parameter, "trajectory.step_period");
     }
 

@@ -6,11 +6,12 @@ use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::{AdaptiveController, TrackingController};
 use ctrl_core::error::ConfigError;
+use ctrl_core::trajectory::TrajectoryConfig;
 use link::{ControllerKind, ParameterOrigin, Parameters, ParametersInForce};
 use serde::{Deserialize, Serialize};
 
 use crate::parameter_store::{Found, PAYLOAD_MAX, Payload};
-use crate::scenario::{BuiltInMission, Tuning};
+use crate::scenario::Tuning;
 
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 const ROBUST_ADAPTIVE: usize = RobustAdaptiveConfig::TABLE.len();
@@ -64,6 +65,7 @@ impl From<ConfigError> for SetError {
 
 impl StoredParameters {
     /// The set of `tuning`.
+    #[inline(never)]
     #[must_use]
     pub fn of(tuning: &Tuning) -> Self {
         let (mut robust_adaptive, mut saturated) = ([0.0; ROBUST_ADAPTIVE], [0.0; SATURATED]);
@@ -75,9 +77,12 @@ impl StoredParameters {
     /// The content of its record; every one fits.
     #[must_use]
     pub fn encode(&self) -> Payload {
-        let mut bytes = [0; PAYLOAD_MAX];
-        let used = postcard::to_slice(self, &mut bytes).map_or(0, |used| used.len());
-        bytes.get(..used).and_then(|used| Payload::from_slice(used).ok()).unwrap_or_default()
+        let mut payload = Payload::new();
+        // As long as it may be, then as long as it is.
+        let _ = payload.resize(PAYLOAD_MAX, 0);
+        let used = postcard::to_slice(self, &mut payload).map_or(0, |used| used.len());
+        payload.truncate(used);
+        payload
     }
 }
 
@@ -95,13 +100,14 @@ impl StoredSet {
     }
 }
 
-/// Puts what was found in memory in force in place of the built-in parameters of `mission`, if both
+/// Puts what was found in memory in force in place of the built-in parameters in `tuning`, if both
 /// controllers accept it and the one that flies accepts the trajectory.
 ///
 /// # Errors
-/// The refusal of what was found; `mission` is then unchanged. The origin states it in either case.
+/// The refusal of what was found; `tuning` is then unchanged. The origin states it in either case.
 pub fn put_in_force(
-    mission: &mut BuiltInMission,
+    tuning: &mut Tuning,
+    trajectory: &TrajectoryConfig,
     found: &Found,
 ) -> (ParametersInForce, Result<(), SetError>) {
     let in_force = |origin, generation| ParametersInForce { origin, generation, changed: false };
@@ -110,31 +116,34 @@ pub fn put_in_force(
         Found::Unreadable => return (in_force(ParameterOrigin::Unreadable, 0), Ok(())),
         Found::Record(generation, payload) => (*generation, payload),
     };
-    match accepted(mission, payload) {
-        Ok(None) => (in_force(ParameterOrigin::BuiltIn, generation), Ok(())),
-        Ok(Some(tuning)) => {
-            mission.tuning = tuning;
-            (in_force(ParameterOrigin::Stored, generation), Ok(()))
-        }
-        Err(error) => (in_force(ParameterOrigin::Refused, generation), Err(error)),
-    }
+    let (origin, result) = match accept(tuning, trajectory, payload) {
+        Ok(origin) => (origin, Ok(())),
+        Err(error) => (ParameterOrigin::Refused, Err(error)),
+    };
+    (in_force(origin, generation), result)
 }
 
-/// The tuning in a record, none if it was forgotten.
-fn accepted(mission: &BuiltInMission, payload: &[u8]) -> Result<Option<Tuning>, SetError> {
-    let set = match postcard::take_from_bytes(payload) {
-        Ok((StoredParameters::Set(set), [])) => set,
-        Ok((StoredParameters::Forgotten, [])) => return Ok(None),
+/// Replaces the tuning by that of a record, unless that says that it was forgotten.
+fn accept(
+    tuning: &mut Tuning,
+    trajectory: &TrajectoryConfig,
+    payload: &[u8],
+) -> Result<ParameterOrigin, SetError> {
+    let stored = match postcard::take_from_bytes(payload) {
+        Ok((StoredParameters::Set(set), [])) => set.tuning(tuning)?,
+        Ok((StoredParameters::Forgotten, [])) => return Ok(ParameterOrigin::BuiltIn),
         _ => return Err(SetError::Foreign),
     };
-    let tuning = set.tuning(&mission.tuning)?;
-    for kind in [ControllerKind::RobustAdaptive, ControllerKind::Saturated] {
-        Tuning { kind, ..tuning }.controller()?;
-    }
-    let law = tuning.controller()?;
-    let trajectory = mission.trajectory.check(law.step_period())?;
+    let other = match stored.kind {
+        ControllerKind::RobustAdaptive => ControllerKind::Saturated,
+        ControllerKind::Saturated => ControllerKind::RobustAdaptive,
+    };
+    stored.controller_of(other)?;
+    let law = stored.controller()?;
+    let trajectory = trajectory.check(law.step_period())?;
     law.accept_limits(trajectory.acceleration_bound(), trajectory.step_period())?;
-    Ok(Some(tuning))
+    *tuning = stored;
+    Ok(ParameterOrigin::Stored)
 }
 
 /// Checksum of the names of all parameters.
@@ -152,15 +161,24 @@ fn layout() -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::built_in_mission;
+    use crate::scenario::BUILT_IN_MISSION;
 
-    fn changed(built_in: &BuiltInMission) -> Tuning {
-        let kind = match built_in.tuning.kind {
+    const BUILT_IN: &Tuning = &BUILT_IN_MISSION.tuning;
+
+    fn put_in_force(
+        tuning: &mut Tuning,
+        found: &Found,
+    ) -> (ParametersInForce, Result<(), SetError>) {
+        super::put_in_force(tuning, &BUILT_IN_MISSION.trajectory, found)
+    }
+
+    fn changed() -> Tuning {
+        let kind = match BUILT_IN.kind {
             ControllerKind::RobustAdaptive => ControllerKind::Saturated,
             ControllerKind::Saturated => ControllerKind::RobustAdaptive,
         };
-        let robust_adaptive = built_in.tuning.robust_adaptive.with_parameter("k4", 0.75).unwrap();
-        let saturated = built_in.tuning.saturated.with_parameter("cascade.k1", 0.4375).unwrap();
+        let robust_adaptive = BUILT_IN.robust_adaptive.with_parameter("k4", 0.75).unwrap();
+        let saturated = BUILT_IN.saturated.with_parameter("cascade.k1", 0.4375).unwrap();
         Tuning { kind, robust_adaptive, saturated }
     }
 
@@ -170,10 +188,9 @@ mod tests {
 
     #[test]
     fn what_is_kept_is_in_force_after_a_restart() {
-        let mut mission = built_in_mission().unwrap();
-        let tuning = changed(&mission);
-        let (in_force, result) = put_in_force(&mut mission, &found(&tuning));
-        assert_eq!((result, mission.tuning), (Ok(()), tuning));
+        let (mut in_use, tuning) = (*BUILT_IN, changed());
+        let (in_force, result) = put_in_force(&mut in_use, &found(&tuning));
+        assert_eq!((result, in_use), (Ok(()), tuning));
         let expected =
             ParametersInForce { origin: ParameterOrigin::Stored, generation: 7, changed: false };
         assert_eq!(in_force, expected);
@@ -181,20 +198,18 @@ mod tests {
 
     #[test]
     fn the_step_period_is_the_images_own() {
-        let mut mission = built_in_mission().unwrap();
-        let built_in = mission.tuning.saturated.step_period;
-        let mut slow = mission.tuning;
+        let built_in = BUILT_IN.saturated.step_period;
+        let (mut in_use, mut slow) = (*BUILT_IN, *BUILT_IN);
         slow.saturated.step_period = 2.0 * built_in;
-        put_in_force(&mut mission, &found(&slow)).1.unwrap();
-        assert_eq!(mission.tuning.saturated.step_period, built_in);
+        put_in_force(&mut in_use, &found(&slow)).1.unwrap();
+        assert_eq!(in_use.saturated.step_period, built_in);
     }
 
     /// The origin of what is in force, and the reason; asserts that it is the built-in.
     fn refused(found: &Found) -> (ParameterOrigin, Result<(), SetError>) {
-        let built_in = built_in_mission().unwrap();
-        let mut mission = built_in.clone();
-        let (in_force, result) = put_in_force(&mut mission, found);
-        assert_eq!(mission, built_in);
+        let mut in_use = *BUILT_IN;
+        let (in_force, result) = put_in_force(&mut in_use, found);
+        assert_eq!(in_use, *BUILT_IN);
         (in_force.origin, result)
     }
 
@@ -208,14 +223,10 @@ mod tests {
 
     #[test]
     fn a_set_of_other_firmware_is_refused() {
-        let StoredParameters::Set(mut set) =
-            StoredParameters::of(&built_in_mission().unwrap().tuning)
-        else {
-            panic!()
-        };
+        let StoredParameters::Set(mut set) = StoredParameters::of(BUILT_IN) else { panic!() };
         set.layout ^= 1;
         let foreign = Found::Record(1, StoredParameters::Set(set).encode());
-        let mut long = StoredParameters::of(&built_in_mission().unwrap().tuning).encode();
+        let mut long = StoredParameters::of(BUILT_IN).encode();
         long.push(0).unwrap();
         for found in [foreign, Found::Record(1, Payload::new()), Found::Record(1, long)] {
             assert_eq!(refused(&found), (ParameterOrigin::Refused, Err(SetError::Foreign)));
@@ -225,7 +236,7 @@ mod tests {
     #[test]
     fn a_set_that_a_controller_refuses_is_refused_whichever_flies() {
         for (first, second) in [(-1.0, 4.0), (4.0, f32::NAN)] {
-            let mut tuning = built_in_mission().unwrap().tuning;
+            let mut tuning = *BUILT_IN;
             (tuning.robust_adaptive.k4, tuning.saturated.k4) = (first, second);
             let (origin, result) = refused(&found(&tuning));
             assert_eq!(origin, ParameterOrigin::Refused);
@@ -236,7 +247,7 @@ mod tests {
 
     #[test]
     fn a_set_that_forbids_the_built_in_trajectory_is_refused() {
-        let mut tuning = built_in_mission().unwrap().tuning;
+        let mut tuning = *BUILT_IN;
         tuning.saturated.reference_acceleration_max = 1e-3;
         let (origin, result) = refused(&found(&tuning));
         assert!(origin == ParameterOrigin::Refused && result.is_err(), "{result:?}");
@@ -244,7 +255,7 @@ mod tests {
 
     #[test]
     fn every_set_fits_a_record() {
-        let mut tuning = built_in_mission().unwrap().tuning;
+        let mut tuning = *BUILT_IN;
         tuning.saturated = tuning.saturated.with_all(&[f32::MAX; SATURATED]);
         let bytes = StoredParameters::of(&tuning).encode();
         assert!(bytes.len() > 4 * (ROBUST_ADAPTIVE + SATURATED) && bytes.len() < PAYLOAD_MAX);

@@ -7,7 +7,7 @@ use ctrl_core::mode::Mode;
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
 use firmware::exchange::ControlStatus;
-use firmware::scenario::built_in_mission;
+use firmware::scenario::BUILT_IN_MISSION;
 use firmware::session::{HostSession, SessionConfig, SessionMemory};
 use firmware::tick_source::TickOrigin;
 use glam::Vec3;
@@ -29,8 +29,10 @@ pub fn session(memory: &mut SessionMemory) -> HostSession<'_> {
         reference_timeout: 100,
         telemetry_period_min: 2,
     };
-    let (mission, in_force) = (built_in_mission().unwrap(), ParametersInForce::default());
-    let mut session = HostSession::new(memory, config, &mission, in_force, None).unwrap();
+    let (mission, in_force) = (&BUILT_IN_MISSION, ParametersInForce::default());
+    let session =
+        HostSession::new(memory, config, &mission.tuning, &mission.trajectory, in_force, None);
+    let mut session = session.unwrap();
     while session.next_answer().is_some() {}
     session
 }
@@ -65,7 +67,7 @@ pub fn ask(
 ///
 /// # Panics
 /// If one is not.
-pub fn assert_bounded(law: AnyController, reference: &Reference) {
+pub fn assert_bounded(law: &AnyController, reference: &Reference) {
     let (bounds, mut state) = (law.bounds(), law.initial_state());
     let here = Vec3::new(1.0, -2.0, 0.5);
     for _ in 0..3 {

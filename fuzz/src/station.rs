@@ -8,7 +8,7 @@ use firmware::flight_control::{FlightControl, Inputs};
 use firmware::pilot::{Pilot, PilotedVehicle};
 use firmware::session::{HostSession, SessionMemory};
 use firmware::state_sample::StateSample;
-use firmware::vehicle::vehicle_config;
+use firmware::vehicle::VEHICLE;
 use glam::Vec3;
 use mavlink::Message;
 use mavlink::dialects::common::MavMessage;
@@ -64,10 +64,10 @@ impl<'m> PilotedFlight<'m> {
     #[must_use]
     pub fn with_key(memory: &'m mut SessionMemory, signing_key: Option<SigningKey>) -> Self {
         let session = crate::session(memory);
-        let (law, vehicle) = (session.law(), vehicle_config().unwrap());
+        let law = session.law();
         let mut flight = Self {
-            pilot: Pilot::new(&Pilot::moderate(&law), &law).unwrap(),
-            control: FlightControl::new(law, &vehicle.supervisor, &vehicle.geometry).unwrap(),
+            pilot: Pilot::new(&Pilot::moderate(law), law).unwrap(),
+            control: FlightControl::new(law, &VEHICLE.supervisor, &VEHICLE.geometry).unwrap(),
             session,
             protocol: Protocol::new(&ProtocolConfig { signing_key, ..ProtocolConfig::default() }),
             decoder: Decoder::new(),
@@ -75,7 +75,7 @@ impl<'m> PilotedFlight<'m> {
             state: VehicleState::at_rest(Vec3::ZERO),
             armed: false,
         };
-        flight.tick(u32::from(vehicle.supervisor.fresh_samples));
+        flight.tick(u32::from(VEHICLE.supervisor.fresh_samples));
         flight
     }
 

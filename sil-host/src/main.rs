@@ -46,7 +46,7 @@ fn execute() -> ExitCode {
         }),
         Command::Fly(arguments) => status(cli::fly(&arguments), |error| match error {
             FlyError::Output(..) => NOT_WRITTEN,
-            FlyError::Differs | FlyError::Damaged(_) => VEHICLE_FAILED,
+            FlyError::Differs => VEHICLE_FAILED,
             FlyError::Scenario(_)
             | FlyError::Refused(_)
             | FlyError::Port(_)

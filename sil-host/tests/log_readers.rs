@@ -1,4 +1,4 @@
-//! Logs as other programs read them: `pyulog`, Python's `mcap` and Rerun's command line, none of which
+//! Logs and tables as other programs read them: `pyulog`, Python's `mcap`, Rerun and `pyarrow`, none of which
 //! knows our code. The scripts in `tests/tests/python` hold every topic against the trace.
 //!
 //! Needs the packages of `tests/python-requirements.txt`: `cargo xtask setup`.
@@ -171,17 +171,42 @@ mod mcap {
         chunks.lines().filter(|line| line.contains(component)).filter_map(rows).sum()
     }
 
-    #[test]
-    fn rerun_makes_three_dimensional_entities_of_it() {
-        let directory = flown("paper-saturated", "rerun", "mcap", "50");
+    /// Rerun with a home of its own below `directory`.
+    fn rerun_in(directory: &Path) -> impl Fn(&str, &[&Path]) -> String {
         let home = directory.join("home");
         fs::create_dir_all(&home).expect("made");
-        let rerun = |words: &str, files: &[&Path]| {
+        rerun(&home, &["analytics", "disable"].map(Path::new));
+        move |words: &str, files: &[&Path]| {
             let words: Vec<_> =
                 words.split(' ').map(Path::new).chain(files.iter().copied()).collect();
             rerun(&home, &words)
-        };
-        rerun("analytics disable", &[]);
+        }
+    }
+
+    #[test]
+    fn layouts_of_foxglove_and_rerun_show_fields_that_a_log_has() {
+        let directory = flown("paper-saturated", "layouts", "mcap", "50");
+        let rerun = rerun_in(&directory);
+        let (flight, recording) = (directory.join("flight.mcap"), directory.join("flight.rrd"));
+        rerun("mcap convert --application-id gyrfalcon --output", &[&recording, &flight]);
+        let mut written = tool("python3");
+        written.env("HOME", directory.join("home")).arg("-B");
+        printed(written.arg(root().join("integrations/viewers/layouts.py")).arg(&directory));
+        rerun("rrd verify", &[&directory.join("rerun.rbl")]);
+        let read = |path: &Path| fs::read_to_string(path).expect("a layout");
+        let checked_in = root().join("integrations/viewers/foxglove.json");
+        assert!(read(&directory.join("foxglove.json")) == read(&checked_in), "run layouts.py");
+        let mut python = tool("python3");
+        python.arg("-B").arg(root().join("tests/tests/python/read_layouts.py"));
+        let said = printed(python.args([&flight, &recording, &directory]));
+        let said: Value = serde_json::from_str(&said).expect("JSON");
+        assert_eq!((&said["foxglove"], &said["rerun"]), (&49.into(), &49.into()), "{said}");
+    }
+
+    #[test]
+    fn rerun_makes_three_dimensional_entities_of_it() {
+        let directory = flown("paper-saturated", "rerun", "mcap", "50");
+        let rerun = rerun_in(&directory);
         let (flight, converted) = (directory.join("flight.mcap"), directory.join("flight.rrd"));
         rerun("mcap check", &[&flight]);
         rerun("mcap convert --output", &[&converted, &flight]);
@@ -201,4 +226,27 @@ mod mcap {
         assert_eq!(rows(&chunks, "/reference/path@InstancePoses3D:translations"), 1);
         assert!(rows(&chunks, "/log@TextLog:text") > 10, "{chunks}");
     }
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn pyarrow_reads_a_campaigns_table_and_what_it_says_about_itself() {
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("log-readers/parquet");
+    let _ = fs::remove_dir_all(&out);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sil-host"));
+    command.args(["campaign", "paper-uncertainty", "--quiet", "--runs", "40"]);
+    // Nothing has settled so early, which violates a guarantee.
+    let flown = command.args(["--set", "duration=0.1", "--out"]).arg(&out).output();
+    assert_eq!(flown.expect("it starts").status.code(), Some(1));
+    let mut python = tool("python3");
+    python.arg("-B").arg(root().join("tests/tests/python/read_parquet.py"));
+    let said = printed(python.arg(out.join("paper-uncertainty")));
+    let said: Value = serde_json::from_str(&said).expect("JSON");
+    assert_eq!((&said["campaign"], &said["rows"]), (&"paper-uncertainty".into(), &80.into()));
+    assert_eq!(said["version"], sil_host::log::description::VERSION);
+    assert_eq!(said["commit"], sil_host::log::description::COMMIT);
+    assert_eq!(said["units"]["position_error_peak"], "m");
+    assert_eq!(said["compression"], serde_json::json!(["SNAPPY"]));
+    let words = serde_json::json!(["variant", "outcome", "reason", "assumptions"]);
+    assert_eq!(said["dictionaries"], words);
 }

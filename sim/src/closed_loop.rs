@@ -80,7 +80,7 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
     /// period.
     pub fn new(controller: C, trajectory: T, plant: P, disturbance: D) -> Self {
         let state = controller.initial_state();
-        let (evaluator, source) = (None, StateSource::Truth);
+        let (evaluator, source) = (None, StateSource::default());
         Self { controller, state, trajectory, plant, disturbance, evaluator, source, tick: 0 }
     }
 
@@ -106,10 +106,7 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
     /// Sensors and estimator, if the flight is by them.
     #[must_use]
     pub fn navigation(&self) -> Option<&Navigation> {
-        match &self.source {
-            StateSource::Navigation(navigation) => Some(navigation),
-            StateSource::Truth | StateSource::Feedback(_) => None,
-        }
+        self.source.navigation()
     }
 
     /// The same flight along another trajectory, which the caller has the controller

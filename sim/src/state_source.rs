@@ -1,6 +1,7 @@
-//! Source of the state that the controller of a flight receives.
+//! State that the controller of a flight receives: its source, and the filter of the body rate behind it.
 
 use ctrl_core::error::ConfigError;
+use ctrl_core::filter::{RateFilter, RateFilterState};
 use ctrl_core::vehicle::VehicleState;
 
 use crate::feedback::StateFeedback;
@@ -8,10 +9,17 @@ use crate::plant::PlantState;
 use crate::scenario::Scenario;
 use crate::sensor::Navigation;
 
-/// Source of the state that the controller receives.
+/// The state that the controller receives, tick by tick. The default is the plant's truth, rounded to `f32`.
 #[derive(Clone, Debug, Default)]
-pub enum StateSource {
-    /// The plant's truth, rounded to `f32`.
+pub struct StateSource {
+    origin: Origin,
+    rate_filter: Option<(RateFilter, RateFilterState)>,
+}
+
+/// Origin of the state.
+#[derive(Clone, Debug, Default)]
+enum Origin {
+    /// The plant's truth.
     #[default]
     Truth,
     /// The truth with noise and latency.
@@ -24,31 +32,47 @@ impl StateSource {
     /// That of `scenario`, for a flight from `start`; `step_period` (s).
     ///
     /// # Errors
-    /// The parameter that the estimator refuses.
+    /// The parameter that estimator or filter refuses.
     pub fn new(
         scenario: &Scenario,
-        step_period: f64,
+        step_period: f32,
         start: &PlantState,
     ) -> Result<Self, ConfigError> {
-        if let Some(sensors) = &scenario.sensors {
-            let navigation = Navigation::new(sensors, scenario.seed, step_period, start)?;
-            return Ok(Self::Navigation(Box::new(navigation)));
-        }
-        let feedback = &scenario.state_feedback;
-        if feedback.is_exact() {
-            return Ok(Self::Truth);
-        }
-        let feedback = StateFeedback::new(feedback, scenario.seed, step_period, start);
-        Ok(Self::Feedback(Box::new(feedback)))
+        let (seed, period) = (scenario.seed, f64::from(step_period));
+        let origin = match (&scenario.sensors, &scenario.state_feedback) {
+            (Some(sensors), _) => {
+                Origin::Navigation(Box::new(Navigation::new(sensors, seed, period, start)?))
+            }
+            (None, feedback) if feedback.is_exact() => Origin::Truth,
+            (None, feedback) => {
+                Origin::Feedback(Box::new(StateFeedback::new(feedback, seed, period, start)))
+            }
+        };
+        let filter = RateFilter::new(&scenario.rate_filter, step_period)?;
+        let filter = (!scenario.rate_filter.is_empty()).then(|| (filter, filter.initial_state()));
+        Ok(Self { origin, rate_filter: filter })
     }
 
     /// The state that the controller receives at this tick. Called once per tick.
     #[inline]
     pub fn measure(&mut self, truth: &PlantState) -> VehicleState {
-        match self {
-            Self::Truth => truth.measured(),
-            Self::Feedback(feedback) => feedback.measure(truth),
-            Self::Navigation(navigation) => navigation.measure(truth),
+        let mut seen = match &mut self.origin {
+            Origin::Truth => truth.measured(),
+            Origin::Feedback(feedback) => feedback.measure(truth),
+            Origin::Navigation(navigation) => navigation.measure(truth),
+        };
+        if let Some((filter, state)) = &mut self.rate_filter {
+            seen.rate_body = filter.step(state, seen.rate_body);
+        }
+        seen
+    }
+
+    /// Sensors and estimator, if they are the origin.
+    #[must_use]
+    pub fn navigation(&self) -> Option<&Navigation> {
+        match &self.origin {
+            Origin::Navigation(navigation) => Some(navigation),
+            Origin::Truth | Origin::Feedback(_) => None,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Flights on a noisy or late state: off by default to the bit, seeded, judged on the truth, faults named.
 
 use sim::guarantee::Requirement;
+use sim::guarantee::activity::TorqueActivity;
 use sim::plant::PlantState;
 use sim::scenario::{BuiltIn, LoadedScenario, ScenarioError};
 
@@ -85,6 +86,64 @@ fn faults_name_file_line_key_and_bound() {
     }
     let message = fault(NAME, "[state_feedback.rate]\nwhite_noise = 1.0\n");
     assert!(message.contains("state_feedback.rate: unknown field `rate`"), "{message}");
+}
+
+#[test]
+fn rate_filters_fly_and_their_faults_name_the_key() {
+    let filter = "[rate_filter]\nlow_pass = { frequency = 60.0, quality = 0.7071 }\n\
+        notches = [{ frequency = 120.0, quality = 4.0 }]\n";
+    assert_ne!(after_two_seconds(filter, 1), after_two_seconds("", 1));
+    assert_eq!(after_two_seconds("[rate_filter]\n", 1), after_two_seconds("", 1));
+    let broken = with(NAME, filter).expect("valid").scenario().broken_assumptions();
+    assert_eq!(broken, ["the controller receives the body rate behind filters"]);
+
+    let line = BuiltIn::named(NAME).expect("built in").text.lines().count() + 3;
+    for (old, new, expected) in [
+        (
+            "frequency = 60.0",
+            "frequency = 470.0",
+            "low_pass.frequency: rate_filter.low_pass.frequency = 470 must be in [1, 450] \
+             (0.001 to 0.45 of the sample rate (Hz))",
+        ),
+        (
+            "quality = 0.7071",
+            "quality = 0.1",
+            "low_pass.quality: rate_filter.low_pass.quality = 0.1 must be in [0.3, 10] \
+             (quality of the filter)",
+        ),
+    ] {
+        let message = fault(NAME, &filter.replace(old, new));
+        assert_eq!(message, format!("my.toml:{line}: rate_filter.{expected}"));
+    }
+    let message = fault(NAME, &filter.replace("quality = 4.0", "quality = 400.0"));
+    let start =
+        format!("my.toml:{}: rate_filter.notches: rate_filter.notches.quality = 400", line + 1);
+    assert!(message.starts_with(&start), "{message}");
+    let four = "[rate_filter]\nnotches = [{ frequency = 9.0, quality = 4.0 }, { frequency = 9.0, \
+        quality = 4.0 }, { frequency = 9.0, quality = 4.0 }, { frequency = 9.0, quality = 4.0 }]\n";
+    let message = fault(NAME, four);
+    assert!(
+        message.contains("rate_filter.notches: ") && message.contains("at most 3"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_notch_takes_vibration_off_the_torque() {
+    let rms = |section: &str| {
+        let loaded = with(NAME, section).expect("valid");
+        let mut activity = TorqueActivity::default();
+        let mut flight = loaded.flight().expect("valid");
+        flight.advance(4_000);
+        flight.observe(8_000, &mut activity);
+        activity.rms().expect("flown")
+    };
+    let vibration = "[state_feedback.rate_body.band_limited_noise]\ndeviation = 0.1\n\
+        center = 150.0\nbandwidth = 1.0\n";
+    let notch = "[rate_filter]\nnotches = [{ frequency = 150.0, quality = 2.0 }]\n";
+    let (calm, shaken, filtered) = (rms(""), rms(vibration), rms(&format!("{vibration}{notch}")));
+    // The notch is 75 Hz wide, the vibration's band 2 Hz; the rest are the flanks of that band.
+    assert!(shaken > 20.0 * calm && filtered < shaken / 5.0, "{calm}, {shaken}, {filtered}");
 }
 
 #[test]

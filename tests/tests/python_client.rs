@@ -12,7 +12,7 @@ use std::process::{Child, Command, Stdio};
 
 use ctrl_core::config::SaturatedConfig;
 use ctrl_core::saturated::Saturated;
-use firmware::scenario::built_in_mission;
+use firmware::scenario::BUILT_IN_MISSION;
 use link::{ControllerKind, Parameters, Rejection};
 use serde_json::{Value, json};
 
@@ -117,7 +117,7 @@ fn over_usart2_it_does_the_same_in_lock_step() {
 }
 
 fn assert_conversation(said: &Value) {
-    let mission = built_in_mission().unwrap();
+    let mission = &BUILT_IN_MISSION;
     assert_eq!(mission.tuning.kind, ControllerKind::Saturated);
     let config = mission.tuning.saturated;
     assert_examples(&said["examples"]);

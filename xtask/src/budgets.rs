@@ -11,7 +11,7 @@ use crate::elf::Image;
 use crate::estimator::{Cost, IMAGE};
 use crate::measurement::{Measurement, prepare};
 use crate::step_image::CONTROLLERS;
-use crate::{c_library, firmware, image_stack, step_image};
+use crate::{c_library, filter, firmware, image_stack, step_image};
 
 const FILE: &str = "budgets.toml";
 /// RAM of the board that `memory.x` gives the linker (B).
@@ -75,6 +75,7 @@ fn measure() -> Result<Vec<Row>> {
         rows.extend(controller_rows(controller, &measurement));
     }
     rows.extend(estimator_rows()?);
+    rows.extend(filter_rows()?);
     rows.extend(c_library::cost_rows()?);
     rows.extend(firmware_rows()?);
     Ok(rows)
@@ -95,6 +96,28 @@ fn estimator_rows() -> Result<[Row; 7]> {
         ("stack", "B", cost.stack as f64),
     ]
     .map(|(quantity, unit, value)| Row { subject: IMAGE, quantity, unit, value }))
+}
+
+/// Costs of the filters of the body rate; [`prepare`] has built their image.
+fn filter_rows() -> Result<[Row; 5]> {
+    let cost = filter::Cost::take()?;
+    cost.print();
+    let (fewest, most) = cost.extremes();
+    Ok([
+        ("instructions_low_pass", "", fewest as f64),
+        ("instructions_all_sections", "", most as f64),
+        ("flash", "B", cost.flash as f64),
+        ("ram", "B", cost.ram as f64),
+        ("stack", "B", cost.stack as f64),
+    ]
+    .map(|(quantity, unit, value)| Row { subject: filter::IMAGE, quantity, unit, value }))
+}
+
+/// Builds the filters' image and prints their costs.
+pub fn print_filter() -> Result<()> {
+    step_image::build()?;
+    filter::Cost::take()?.print();
+    Ok(())
 }
 
 /// Builds the estimator's image and prints its costs.

@@ -26,10 +26,7 @@ const POINTERS: &[KnownPointer] = &[
         ],
     },
     // The table of parameters (`link::parameter`) has one function per field.
-    KnownPointer {
-        caller: "firmware::session",
-        targets: &["core::ops::function::FnOnce::call_once"],
-    },
+    KnownPointer { caller: "firmware::", targets: &["core::ops::function::FnOnce::call_once"] },
 ];
 
 /// Prints and returns the worst case (B).

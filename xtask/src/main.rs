@@ -9,6 +9,7 @@ mod disassembly;
 mod doc_comments;
 mod elf;
 mod estimator;
+mod filter;
 mod firmware;
 mod frames;
 mod fuzz;
@@ -41,6 +42,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
                 limits to what was measured
   estimator     instructions, memory and stack of the estimator alone
+  filter        instructions, memory and stack of the filters of the body rate
   c-library [header | cost | install PREFIX [TARGET]]
                 build the C library and check it, from the header to tests in C; `header` generates the
                 header anew, `cost` measures the step through it, `install` builds for TARGET (this
@@ -77,6 +79,7 @@ fn run() -> Result<()> {
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),
         ["estimator"] => budgets::print_estimator(),
+        ["filter"] => budgets::print_filter(),
         ["firmware"] => budgets::print_firmware(),
         ["c-library"] => c_library::check(),
         ["c-library", "cost"] => c_library::print_cost(),

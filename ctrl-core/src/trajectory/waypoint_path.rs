@@ -239,24 +239,13 @@ impl Segment {
 
     fn through(from: &Leg, to: &Leg, ticks: u32, duration: f64) -> Self {
         let points = control_points(from, to, duration);
-        let [b0, b1, b2, b3, b4, b5, b6, b7, b8, b9] = points;
-        let acceleration = [
-            (b0, b1, b2),
-            (b1, b2, b3),
-            (b2, b3, b4),
-            (b3, b4, b5),
-            (b4, b5, b6),
-            (b5, b6, b7),
-            (b6, b7, b8),
-            (b7, b8, b9),
-        ]
-        .map(|(a, b, c)| (c - b - b + a) * (72.0 / (duration * duration)));
+        let scale = 72.0 / (duration * duration);
         Self {
             ticks,
             duration: duration as f32,
             origin_world: from.position_world,
             offset: points.map(|point| point.as_vec3()),
-            acceleration: acceleration.map(|point| point.as_vec3()),
+            acceleration: core::array::from_fn(|i| bend(&points, i) * scale).map(|a| a.as_vec3()),
         }
     }
 
@@ -322,6 +311,15 @@ fn control_points(from: &Leg, to: &Leg, t: f64) -> [DVec3; 10] {
         0..=4 => near(from, t, i),
         _ => length + near(to, -t, 9 - i),
     })
+}
+
+/// Second difference of three neighbouring points, from the `first` on.
+#[inline(never)] // once in the flash, not eight times: the chip adds f64 by calls
+fn bend(points: &[DVec3; 10], first: usize) -> DVec3 {
+    match points.get(first..) {
+        Some(&[a, b, c, ..]) => c - b - b + a,
+        _ => DVec3::ZERO, // never: the last window begins at the eighth point
+    }
 }
 
 /// A polynomial in Bernstein form at `u`, with its derivatives with respect to `u`, by de

@@ -41,8 +41,12 @@ impl ReadNorFlash for ParameterFlash {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        let place = place(offset, bytes.len())?;
-        ReadNorFlash::read(&mut self.0, place, bytes).map_err(|_| NorFlashErrorKind::Other)
+        let place = place(offset, bytes.len())? as usize;
+        let stored = FlashExt::read(&self.0).get(place..).ok_or(NorFlashErrorKind::OutOfBounds)?;
+        for (byte, stored) in bytes.iter_mut().zip(stored) {
+            *byte = *stored;
+        }
+        Ok(())
     }
 
     fn capacity(&self) -> usize {

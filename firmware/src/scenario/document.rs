@@ -3,6 +3,8 @@
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::{AnyController, ControllerConfig};
 use ctrl_core::error::ConfigError;
+use ctrl_core::robust_adaptive::RobustAdaptive;
+use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::TrajectoryConfig;
 use link::ControllerKind;
 use serde::{Deserialize, Serialize};
@@ -28,23 +30,26 @@ pub struct Tuning {
 }
 
 impl Tuning {
-    /// Configuration of the chosen controller.
-    #[must_use]
-    pub fn chosen(&self) -> ControllerConfig {
-        match self.kind {
-            ControllerKind::RobustAdaptive => {
-                ControllerConfig::RobustAdaptive(self.robust_adaptive)
-            }
-            ControllerKind::Saturated => ControllerConfig::Saturated(self.saturated),
-        }
-    }
-
     /// The chosen controller, validated.
     ///
     /// # Errors
     /// The parameter that the controller refuses.
     pub fn controller(&self) -> Result<AnyController, ConfigError> {
-        self.chosen().build()
+        self.controller_of(self.kind)
+    }
+
+    /// The controller of a kind, validated.
+    ///
+    /// # Errors
+    /// The parameter that the controller refuses.
+    #[inline(never)]
+    pub fn controller_of(&self, kind: ControllerKind) -> Result<AnyController, ConfigError> {
+        Ok(match kind {
+            ControllerKind::RobustAdaptive => {
+                AnyController::RobustAdaptive(RobustAdaptive::new(&self.robust_adaptive)?)
+            }
+            ControllerKind::Saturated => AnyController::Saturated(Saturated::new(&self.saturated)?),
+        })
     }
 }
 

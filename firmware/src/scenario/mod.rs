@@ -6,6 +6,17 @@ mod document;
 
 pub use document::{BuiltInMission, Document, Tuning};
 
+#[allow(unused_imports, reason = "another scenario has another trajectory")]
+use crate::literal::{Vec3, list};
+use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
+#[allow(unused_imports, reason = "as above")]
+use ctrl_core::trajectory::{
+    CircleConfig, Heading, HoverConfig, Leg, LemniscateConfig, RisingCircleConfig,
+    TrajectoryConfig, WaypointPathConfig,
+};
+use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty};
+use link::ControllerKind;
+
 /// One scenario of the image.
 #[derive(Clone, Copy, Debug)]
 pub struct Scenario {
@@ -30,13 +41,12 @@ impl Scenario {
     }
 }
 
-/// The mission that this image flies unless the host selects another.
-///
-/// # Errors
-/// Only if the image is damaged.
-pub fn built_in_mission() -> Result<BuiltInMission, postcard::Error> {
-    postcard::from_bytes(include_bytes!(concat!(env!("OUT_DIR"), "/built_in_mission.postcard")))
-}
+/// The mission that this image flies unless the host selects another; `build.rs` has checked it.
+pub static BUILT_IN_MISSION: BuiltInMission = {
+    #[allow(unused_imports, reason = "another scenario has another trajectory")]
+    use {ControllerKind::*, Heading::*, TrajectoryConfig::*};
+    include!(concat!(env!("OUT_DIR"), "/built_in_mission.rs"))
+};
 
 include!(concat!(env!("OUT_DIR"), "/scenarios.rs"));
 
@@ -58,10 +68,10 @@ mod tests {
 
     #[test]
     fn the_built_in_mission_is_the_scenario_that_the_constants_name() {
-        let mission = built_in_mission().unwrap();
+        let mission = &BUILT_IN_MISSION;
         let document = Scenario::named(BUILT_IN).unwrap().load().unwrap();
         assert_eq!(mission.trajectory, document.trajectory);
-        assert_eq!(mission.tuning.chosen(), document.controller);
+        assert_eq!(mission.tuning.controller(), document.controller.build());
         let period = document.controller.step_period();
         assert_eq!(CONTROL_RATE, (1.0 / period).round() as u32);
     }

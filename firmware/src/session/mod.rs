@@ -9,11 +9,13 @@ mod parameters;
 mod storage;
 mod trajectories;
 
+use core::mem::MaybeUninit;
+
 use ctrl_core::controller::{AdaptiveController, AnyController, TrackingController};
 use ctrl_core::error::ConfigError;
 use ctrl_core::mode::Command;
 use ctrl_core::reference::Reference;
-use ctrl_core::trajectory::CheckedTrajectory;
+use ctrl_core::trajectory::{CheckedTrajectory, TrajectoryConfig};
 use glam::Vec3;
 use heapless::{Deque, String};
 use link::{
@@ -24,7 +26,7 @@ use link::{
 use crate::evidence::append;
 use crate::exchange::{ControlStatus, PreparedInputs};
 use crate::reference_source::ReferenceSource;
-use crate::scenario::{BuiltInMission, Tuning};
+use crate::scenario::Tuning;
 use crate::state_sample::{ArrivedState, StateSample, TickOrder};
 use crate::tick_source::{LockStepRequest, TickOrigin};
 use crate::vehicle::{LinkConfig, VehicleConfig};
@@ -78,6 +80,23 @@ impl SessionMemory {
     }
 }
 
+impl SessionMemory {
+    /// Follows the trajectory, if the tuning's controller is valid and accepts it; returns the law.
+    fn begin(
+        &mut self,
+        config: &SessionConfig,
+        tuning: &Tuning,
+        trajectory: &TrajectoryConfig,
+    ) -> Result<AnyController, ConfigError> {
+        let law = tuning.controller()?;
+        let trajectory = trajectory.check(law.step_period())?;
+        accept(&law, &trajectory)?;
+        self.references.set_timeout(config.reference_timeout);
+        self.references.follow(&trajectory);
+        Ok(law)
+    }
+}
+
 impl Default for SessionMemory {
     fn default() -> Self {
         Self::new()
@@ -116,19 +135,51 @@ impl<'a> HostSession<'a> {
     pub fn new(
         memory: &'a mut SessionMemory,
         config: SessionConfig,
-        mission: &BuiltInMission,
+        tuning: &Tuning,
+        trajectory: &TrajectoryConfig,
         in_force: ParametersInForce,
         fault: Option<FaultReport>,
     ) -> Result<Self, ConfigError> {
-        let law = mission.tuning.controller()?;
-        let trajectory = mission.trajectory.check(law.step_period())?;
-        accept(&law, &trajectory)?;
-        memory.references.set_timeout(config.reference_timeout);
-        memory.references.follow(&trajectory);
-        let mut session = Self {
+        let law = memory.begin(&config, tuning, trajectory)?;
+        let mut session = Self::silent(memory, config, tuning, &law, in_force, fault);
+        session.greet();
+        Ok(session)
+    }
+
+    /// As [`new`](Self::new), but in `place`: a session is a kilobyte.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    #[inline(never)]
+    pub fn new_in<'p>(
+        place: &'p mut MaybeUninit<Self>,
+        memory: &'a mut SessionMemory,
+        config: SessionConfig,
+        tuning: &Tuning,
+        trajectory: &TrajectoryConfig,
+        in_force: ParametersInForce,
+        fault: Option<FaultReport>,
+    ) -> Result<&'p mut Self, ConfigError> {
+        let law = memory.begin(&config, tuning, trajectory)?;
+        let session = place.write(Self::silent(memory, config, tuning, &law, in_force, fault));
+        session.greet();
+        Ok(session)
+    }
+
+    /// A session that has sent nothing.
+    #[inline(always)]
+    fn silent(
+        memory: &'a mut SessionMemory,
+        config: SessionConfig,
+        tuning: &Tuning,
+        law: &AnyController,
+        in_force: ParametersInForce,
+        fault: Option<FaultReport>,
+    ) -> Self {
+        Self {
             memory,
-            tuning: mission.tuning,
-            law,
+            tuning: *tuning,
+            law: *law,
             law_changed: false,
             arrived: None,
             state_order: TickOrder::new(),
@@ -143,18 +194,21 @@ impl<'a> HostSession<'a> {
             lock_step_request: None,
             fault,
             config,
-        };
-        session.identify(0);
-        if let Some(report) = session.fault.clone() {
-            session.answer(Downlink::Fault(report));
         }
-        Ok(session)
+    }
+
+    /// Sends identity and fault before any host asks.
+    fn greet(&mut self) {
+        self.identify(0);
+        if let Some(report) = self.fault.clone() {
+            self.answer(Downlink::Fault(report));
+        }
     }
 
     /// The law of the current tuning.
     #[must_use]
-    pub fn law(&self) -> AnyController {
-        self.law
+    pub fn law(&self) -> &AnyController {
+        &self.law
     }
 
     /// Carries out one message; `origin` is that of the next tick.
@@ -164,31 +218,31 @@ impl<'a> HostSession<'a> {
         status: ControlStatus,
         origin: TickOrigin,
     ) {
-        let Received { sequence, message } = received;
+        let Received { sequence, ref message } = received;
         let result = match message {
             Uplink::State { .. } | Uplink::Reference { .. } => {
                 return self.receive(message, status);
             }
             Uplink::Hello => return self.handshake(status),
             Uplink::ParameterAt { .. } | Uplink::ParameterRead { .. } => {
-                match self.read_parameter(&message) {
+                match self.read_parameter(message) {
                     Ok(parameter) => return self.answer(parameter),
                     Err(rejection) => Err(rejection),
                 }
             }
             Uplink::Command(_) | Uplink::ParametersPersist | Uplink::ParametersForget => {
-                match self.begin(sequence, &message, status) {
+                match self.begin(sequence, message, status) {
                     Ok(()) => return, // answered once it is done
                     Err(rejection) => Err(rejection),
                 }
             }
-            Uplink::LockStep(enter) => self.lock_step(enter, status, origin),
+            Uplink::LockStep(enter) => self.lock_step(*enter, status, origin),
             Uplink::Step { uptime_ticks } if origin == TickOrigin::LockStep => {
-                self.lock_step_request = Some(LockStepRequest::Step(uptime_ticks));
+                self.lock_step_request = Some(LockStepRequest::Step(*uptime_ticks));
                 return; // answered once the tick is done
             }
             Uplink::Step { .. } => Err(Rejection::NotNow),
-            Uplink::Subscribe { period } => self.subscribe(period),
+            Uplink::Subscribe { period } => self.subscribe(*period),
             Uplink::FaultAcknowledge => return self.acknowledge_fault(sequence),
             setting if status.on_ground() && self.storage.is_none() => self.set(setting),
             _ => Err(Rejection::NotNow),
@@ -197,16 +251,16 @@ impl<'a> HostSession<'a> {
     }
 
     /// Takes a state sample or a reference, unless its tick shows that it is late.
-    fn receive(&mut self, message: Uplink, status: ControlStatus) {
+    fn receive(&mut self, message: &Uplink, status: ControlStatus) {
         let ControlStatus { flight_tick, uptime, .. } = status;
         match message {
-            Uplink::State { tick, state } if self.state_order.accept(tick, flight_tick) => {
-                self.arrived = Some(ArrivedState { state, uptime });
+            Uplink::State { tick, state } if self.state_order.accept(*tick, flight_tick) => {
+                self.arrived = Some(ArrivedState { state: *state, uptime });
             }
             Uplink::Reference { tick, reference }
-                if self.reference_order.accept(tick, flight_tick) =>
+                if self.reference_order.accept(*tick, flight_tick) =>
             {
-                self.memory.references.receive(reference, uptime);
+                self.memory.references.receive(*reference, uptime);
             }
             _ => {}
         }
@@ -235,15 +289,15 @@ impl<'a> HostSession<'a> {
     }
 
     /// Changes a setting of the next flight; only on the ground.
-    fn set(&mut self, setting: Uplink) -> Result<(), Rejection> {
+    fn set(&mut self, setting: &Uplink) -> Result<(), Rejection> {
         match setting {
             Uplink::SelectTrajectory(selection) => self.select_trajectory(selection),
-            Uplink::SelectController(kind) => self.tune(Tuning { kind, ..self.tuning }),
+            Uplink::SelectController(kind) => self.select_controller(*kind),
             Uplink::PathBegin { start_world, yaw, legs } => {
-                Ok(self.memory.upload.begin(start_world, yaw, legs)?)
+                Ok(self.memory.upload.begin(*start_world, *yaw, *legs)?)
             }
-            Uplink::PathLeg { index, leg } => Ok(self.memory.upload.leg(index, leg)?),
-            Uplink::ParameterWrite { name, value } => self.write_parameter(&name, value),
+            Uplink::PathLeg { index, leg } => Ok(self.memory.upload.leg(*index, *leg)?),
+            Uplink::ParameterWrite { name, value } => self.write_parameter(name, *value),
             _ => Err(Rejection::Unsupported),
         }
     }
@@ -309,7 +363,6 @@ impl<'a> HostSession<'a> {
         PreparedInputs {
             sample: self.sample(status.uptime),
             reference: self.reference(status),
-            law: self.take_law(),
             fault: self.fault_pending(),
         }
     }
@@ -328,8 +381,8 @@ impl<'a> HostSession<'a> {
     }
 
     /// A law that has replaced the one before, once.
-    pub fn take_law(&mut self) -> Option<AnyController> {
-        core::mem::take(&mut self.law_changed).then_some(self.law)
+    pub fn take_law(&mut self) -> Option<&AnyController> {
+        core::mem::take(&mut self.law_changed).then_some(&self.law)
     }
 
     /// Ticks from one telemetry to the next; zero for none.

@@ -1,5 +1,7 @@
 //! Parameters of the chosen controller, by name and by index.
 
+use core::mem::replace;
+
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::AdaptiveController;
 use link::{ControllerKind, Downlink, ParameterValue, Parameters, Rejection, Uplink};
@@ -9,13 +11,27 @@ use crate::exchange::ControlStatus;
 use crate::scenario::Tuning;
 
 impl HostSession<'_> {
-    /// Takes a tuning if its controller is valid and accepts the selected trajectory.
-    pub(super) fn tune(&mut self, tuning: Tuning) -> Result<(), Rejection> {
-        let law = tuning.controller()?;
+    /// Takes another controller, if it is valid and accepts the selected trajectory.
+    pub(super) fn select_controller(&mut self, kind: ControllerKind) -> Result<(), Rejection> {
+        let before = replace(&mut self.tuning.kind, kind);
+        self.renew_law().inspect_err(|_| self.tuning.kind = before)
+    }
+
+    /// Takes a whole tuning that has flown on this vehicle or is built in, if the selected trajectory
+    /// suits it.
+    pub(super) fn tune(&mut self, tuning: &Tuning) -> Result<(), Rejection> {
+        let before = replace(&mut self.tuning, *tuning);
+        self.renew_law().inspect_err(|_| self.tuning = before)
+    }
+
+    /// Builds the law of the tuning and takes it, if it is valid and accepts the selected trajectory.
+    fn renew_law(&mut self) -> Result<(), Rejection> {
+        let law = self.tuning.controller()?;
         if let Some(limits) = self.memory.references.limits() {
             law.accept_limits(limits.acceleration_bound, limits.step_period)?;
         }
-        (self.tuning, self.law, self.law_changed) = (tuning, law, true);
+        self.law = law;
+        self.law_changed = true;
         self.in_force.changed = true;
         Ok(())
     }
@@ -57,20 +73,10 @@ impl HostSession<'_> {
 
     /// Writes one parameter, if the whole configuration is then valid.
     pub(super) fn write_parameter(&mut self, name: &str, value: f32) -> Result<(), Rejection> {
-        let tuning = self.with_parameter(name, value).ok_or(Rejection::UnknownParameter)?;
-        self.tune(tuning)
-    }
-
-    fn with_parameter(&self, name: &str, value: f32) -> Option<Tuning> {
-        let Tuning { kind, robust_adaptive, saturated } = self.tuning;
-        Some(match kind {
-            ControllerKind::RobustAdaptive => Tuning {
-                robust_adaptive: robust_adaptive.with_parameter(name, value)?,
-                ..self.tuning
-            },
-            ControllerKind::Saturated => {
-                Tuning { saturated: saturated.with_parameter(name, value)?, ..self.tuning }
-            }
+        let before = self.tuning.replace_parameter(name, value);
+        let before = before.ok_or(Rejection::UnknownParameter)?;
+        self.renew_law().inspect_err(|_| {
+            self.tuning.replace_parameter(name, before);
         })
     }
 
@@ -97,6 +103,25 @@ impl HostSession<'_> {
             ControllerKind::Saturated => parameter_index_in(&self.tuning.saturated, name),
         }
     }
+}
+
+impl Tuning {
+    /// Sets a parameter of the chosen controller; returns its value before, none if it has no such
+    /// parameter.
+    fn replace_parameter(&mut self, name: &str, value: f32) -> Option<f32> {
+        match self.kind {
+            ControllerKind::RobustAdaptive => {
+                replace_parameter_in(&mut self.robust_adaptive, name, value)
+            }
+            ControllerKind::Saturated => replace_parameter_in(&mut self.saturated, name, value),
+        }
+    }
+}
+
+fn replace_parameter_in<C: Parameters>(config: &mut C, name: &str, value: f32) -> Option<f32> {
+    let (_, before) = config.parameter_at(C::parameter_index(name)?)?;
+    *config = config.with_parameter(name, value)?;
+    Some(before)
 }
 
 fn parameter_index_in<C: Parameters>(_: &C, name: &str) -> Option<u16> {

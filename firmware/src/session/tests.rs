@@ -10,7 +10,7 @@ use link::{ControllerKind, FaultKind, ParameterOrigin, REGISTERS, TrajectorySele
 
 use super::*;
 use crate::parameter_store::StoreError;
-use crate::scenario::built_in_mission;
+use crate::scenario::{BUILT_IN_MISSION, BuiltInMission};
 use crate::stored_parameters::StoredParameters;
 
 const CONFIG: SessionConfig = SessionConfig {
@@ -33,13 +33,14 @@ fn begin(
     fault: Option<FaultReport>,
 ) -> HostSession<'static> {
     let memory = Box::leak(Box::new(SessionMemory::new()));
-    HostSession::new(memory, CONFIG, mission, in_force, fault).unwrap()
+    let BuiltInMission { tuning, trajectory } = mission;
+    HostSession::new(memory, CONFIG, tuning, trajectory, in_force, fault).unwrap()
 }
 
 /// A session that has sent its handshake.
 fn session() -> HostSession<'static> {
     let mission = BuiltInMission {
-        tuning: Tuning { kind: ControllerKind::Saturated, ..built_in_mission().unwrap().tuning },
+        tuning: Tuning { kind: ControllerKind::Saturated, ..BUILT_IN_MISSION.tuning },
         trajectory: TrajectoryConfig::Hover(hover()),
     };
     let mut session = begin(&mission, BUILT_IN, None);
@@ -94,11 +95,11 @@ fn report() -> FaultReport {
 
 #[test]
 fn identifies_itself_after_the_start_and_at_a_handshake() {
-    let mut session = begin(&built_in_mission().unwrap(), STORED, None);
+    let mut session = begin(&BUILT_IN_MISSION, STORED, None);
     assert!(!session.greeted() && session.has_answers());
     let Some(Downlink::Identity(greeting)) = session.next_answer() else { panic!() };
     assert_eq!((&*greeting.board, greeting.uptime_ticks), ("test bench", 0));
-    assert_eq!(greeting.controller, built_in_mission().unwrap().tuning.kind);
+    assert_eq!(greeting.controller, BUILT_IN_MISSION.tuning.kind);
     assert_eq!(session.next_answer(), Some(Downlink::ParametersInForce(STORED)));
     let [Downlink::Identity(identity), in_force] = &send(&mut session, Uplink::Hello, FLYING)[..]
     else {
@@ -298,7 +299,7 @@ fn telemetry_is_subscribed_within_what_the_link_carries() {
 
 #[test]
 fn a_fault_is_pending_until_it_is_acknowledged() {
-    let mut session = begin(&built_in_mission().unwrap(), BUILT_IN, Some(report()));
+    let mut session = begin(&BUILT_IN_MISSION, BUILT_IN, Some(report()));
     let Some(Downlink::Identity(identity)) = session.next_answer() else { panic!() };
     assert!(identity.fault_pending && session.fault_pending());
     assert_eq!(session.next_answer(), Some(Downlink::ParametersInForce(BUILT_IN)));
@@ -337,7 +338,7 @@ fn parameters_to_be_stored_are_handed_out_once_and_the_end_is_answered() {
     assert_eq!(asked(&mut session), in_force(ParameterOrigin::BuiltIn, 0, true));
     assert_eq!(send(&mut session, Uplink::ParametersPersist, GROUND), []);
     let parameters = session.next_to_store().unwrap();
-    assert_eq!(parameters, StoredParameters::of(&session.tuning));
+    assert_eq!(parameters, StoredParameters::of(&session.tuning).encode());
     assert_eq!((session.next_to_store(), session.next_answer()), (None, None), "once");
     session.stored(Ok(9));
     let answers: Vec<_> = core::iter::from_fn(|| session.next_answer()).collect();
@@ -350,11 +351,11 @@ fn parameters_to_be_stored_are_handed_out_once_and_the_end_is_answered() {
 #[test]
 fn forgetting_brings_the_built_in_parameters_back_at_once() {
     let mut session = session();
-    let built_in = built_in_mission().unwrap().tuning.saturated.k4;
+    let built_in = BUILT_IN_MISSION.tuning.saturated.k4;
     send(&mut session, write("k4", 3.5), GROUND);
     session.take_law();
     assert_eq!(send(&mut session, Uplink::ParametersForget, GROUND), []);
-    assert_eq!(session.next_to_store(), Some(StoredParameters::Forgotten));
+    assert_eq!(session.next_to_store(), Some(StoredParameters::Forgotten.encode()));
     session.stored(Ok(2));
     assert_eq!(session.next_answer(), Some(in_force(ParameterOrigin::BuiltIn, 2, false)));
     assert_eq!(

@@ -10,12 +10,12 @@ use super::{HostSession, SessionMemory, accept};
 impl HostSession<'_> {
     pub(super) fn select_trajectory(
         &mut self,
-        selection: TrajectorySelection,
+        selection: &TrajectorySelection,
     ) -> Result<(), Rejection> {
         match selection {
             TrajectorySelection::Stream => self.memory.references.follow_stream(),
             TrajectorySelection::UploadedPath => self.select_path()?,
-            shape => self.select_shape(&shape)?,
+            shape => self.select_shape(shape)?,
         }
         Ok(())
     }

@@ -1,10 +1,11 @@
 //! The form of `vehicle.toml`; `build.rs` reads it with this file.
 
 use ctrl_core::allocation::RotorGeometry;
+use ctrl_core::filter::RateFilterConfig;
 use ctrl_core::mode::SupervisorConfig;
 use serde::{Deserialize, Serialize};
 
-/// Supervision and rotors of the vehicle.
+/// Supervision, filters of the rate, and rotors of the vehicle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleConfig {
@@ -12,6 +13,9 @@ pub struct VehicleConfig {
     pub supervisor: SupervisorConfig,
     /// Timeouts of the host's samples and references.
     pub link: LinkConfig,
+    /// Filters of the body rate before the law; none if absent.
+    #[serde(default)]
+    pub rate_filter: RateFilterConfig,
     /// The rotors, in the order of the outputs.
     pub geometry: RotorGeometry,
 }

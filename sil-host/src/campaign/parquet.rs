@@ -3,17 +3,20 @@
 use std::fs::{self, File};
 use std::sync::Arc;
 
-use parquet::basic::{LogicalType, Repetition, Type as PhysicalType};
+use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
-use parquet::file::properties::WriterProperties;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::{WriterProperties, WriterPropertiesPtr};
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
-use parquet::schema::types::{Type, TypePtr};
+use parquet::schema::types::{ColumnPath, Type, TypePtr};
+use serde_json::{Map, Value};
 
 use super::error::CampaignError;
 use super::plan::Campaign;
 use super::row::Row;
-use super::table::{CampaignResults, columns};
+use super::table::{CampaignResults, Column, columns};
+use crate::log::description::{COMMIT, VERSION};
 
 /// File of the table in a directory of results.
 pub const TABLE: &str = "runs.parquet";
@@ -29,9 +32,8 @@ pub fn write(results: &CampaignResults) -> Result<(), CampaignError> {
     let part = path.with_extension("part");
     let failed = |error: &ParquetError| CampaignError::Output(path.clone(), error.to_string());
     let file = File::create(&part).map_err(CampaignError::io(&part))?;
-    let properties = WriterProperties::builder().set_created_by("sil-host".to_owned()).build();
     let schema = schema(results.campaign()).map_err(|error| failed(&error))?;
-    let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties))
+    let mut writer = SerializedFileWriter::new(file, schema, properties(results.campaign()))
         .map_err(|error| failed(&error))?;
     let mut rows = results.rows()?;
     loop {
@@ -45,14 +47,60 @@ pub fn write(results: &CampaignResults) -> Result<(), CampaignError> {
     fs::rename(&part, &path).map_err(CampaignError::io(&path))
 }
 
+/// Columns that hold words.
+const TEXTS: [&str; 4] = ["variant", "outcome", "reason", "assumptions"];
+
+/// Compression, encodings and what the file says about itself: the same definition leaves the same bytes.
+///
+/// Words and the levels of a grid repeat, so they have a dictionary; other numbers do not, and one would
+/// double them.
+fn properties(campaign: &Campaign) -> WriterPropertiesPtr {
+    let mut properties = WriterProperties::builder()
+        .set_created_by(format!("sil-host version {VERSION} (build {COMMIT})"))
+        .set_compression(Compression::SNAPPY)
+        .set_dictionary_enabled(false)
+        .set_key_value_metadata(Some(metadata(campaign)));
+    let levels = campaign
+        .axes
+        .iter()
+        .flat_map(|axis| std::iter::repeat_n(axis.levels().is_some(), axis.dimensions()));
+    let repeated = campaign.parameters().iter().zip(levels).filter(|(_, levels)| *levels);
+    let repeated = repeated.map(|(parameter, _)| parameter.column());
+    for name in TEXTS.map(str::to_owned).into_iter().chain(repeated) {
+        // One part: the points in a name are its own.
+        properties = properties.set_column_dictionary_enabled(ColumnPath::new(vec![name]), true);
+    }
+    Arc::new(properties.build())
+}
+
+/// What the file says about itself, key by key.
+fn metadata(campaign: &Campaign) -> Vec<KeyValue> {
+    let columns = columns(campaign);
+    let of_columns = |value: fn(&Column) -> &String| {
+        let known = columns.iter().filter(|column| !value(column).is_empty());
+        let entries = known.map(|it| (it.name.clone(), Value::from(value(it).as_str())));
+        Value::Object(entries.collect::<Map<_, _>>()).to_string()
+    };
+    [
+        ("campaign", campaign.name().to_owned()),
+        ("description", campaign.definition().description.clone()),
+        ("definition", campaign.text()),
+        ("version", VERSION.to_owned()),
+        ("commit", COMMIT.to_owned()),
+        ("units", of_columns(|column| &column.unit)),
+        ("meanings", of_columns(|column| &column.meaning)),
+    ]
+    .map(|(key, value)| KeyValue::new(format!("gyrfalcon.{key}"), value))
+    .to_vec()
+}
+
 /// Column types by name: whole numbers for seeds, text, and numbers that may be absent.
 fn schema(campaign: &Campaign) -> Result<TypePtr, ParquetError> {
-    let text = ["variant", "outcome", "reason", "assumptions"];
     let required = 2 + campaign.parameters().len() + 3;
-    let field = |(number, name): (usize, &String)| {
+    let field = |(number, Column { name, .. }): (usize, &Column)| {
         let physical = match name.as_str() {
             "seed" => PhysicalType::INT64,
-            name if text.contains(&name) => PhysicalType::BYTE_ARRAY,
+            name if TEXTS.contains(&name) => PhysicalType::BYTE_ARRAY,
             _ => PhysicalType::DOUBLE,
         };
         let logical = (physical == PhysicalType::BYTE_ARRAY).then_some(LogicalType::String);
@@ -162,6 +210,34 @@ values = [0.5, 190.5]
         }
     }
 
+    /// Metadata, compression and dictionaries.
+    fn assert_says_what_it_holds(table: &SerializedFileReader<File>, campaign: &Campaign) {
+        let file = table.metadata().file_metadata();
+        let said = file.key_value_metadata().unwrap();
+        let of = |key: &str| {
+            let entry = said.iter().find(|entry| entry.key == format!("gyrfalcon.{key}"));
+            entry.unwrap_or_else(|| panic!("{key}")).value.clone().unwrap()
+        };
+        assert_eq!((of("campaign"), of("version")), ("refused".to_owned(), VERSION.to_owned()));
+        assert_eq!(of("definition"), campaign.text());
+        let units: Value = serde_json::from_str(&of("units")).unwrap();
+        assert_eq!(units["position_error_peak"], "m");
+        assert_eq!(units["thrust_highest_against_m_f.margin"], "N");
+        assert_eq!(units.get("outcome"), None);
+        let meanings: Value = serde_json::from_str(&of("meanings")).unwrap();
+        let columns = file.schema_descr().columns();
+        assert!(columns.iter().all(|column| meanings[column.name()].is_string()), "{meanings}");
+        let with_dictionary: Vec<_> = table.metadata().row_groups()[0]
+            .columns()
+            .iter()
+            .inspect(|column| assert_eq!(column.compression(), Compression::SNAPPY))
+            .filter(|column| column.dictionary_page_offset().is_some())
+            .map(|column| column.column_descr().name().to_owned())
+            .collect();
+        let expected = ["variant", "initial.tilt_deg", "outcome", "reason", "assumptions"];
+        assert_eq!(with_dictionary, expected);
+    }
+
     #[test]
     fn it_holds_what_the_text_holds() {
         let campaign = Campaign::parse(
@@ -185,6 +261,7 @@ values = [0.5, 190.5]
         let table = SerializedFileReader::new(file).unwrap();
         let names = table.metadata().file_metadata().schema_descr().columns();
         assert!(names.iter().map(|it| it.name()).eq(expected.headers().unwrap()));
+        assert_says_what_it_holds(&table, &campaign);
         let rows: Vec<Vec<_>> = table
             .get_row_iter(None)
             .unwrap()

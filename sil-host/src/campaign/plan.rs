@@ -21,12 +21,20 @@ pub struct Campaign {
 /// A varied value: a column of the results.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Parameter {
-    /// The field of the scenario that it goes to; the column's name.
+    /// The field of the scenario that it goes to, as in `vehicle.inertia[0]`.
     pub path: String,
     /// Its unit, where the definition tells.
     pub unit: String,
     /// More fields that get the value where a variant's scenario has them.
     pub(super) also: Vec<String>,
+}
+
+impl Parameter {
+    /// Name of its column: the path with the elements of arrays as parts of their own, `vehicle.inertia.0`.
+    #[must_use]
+    pub fn column(&self) -> String {
+        self.path.replace('[', ".").replace(']', "")
+    }
 }
 
 /// A variant of every run.

@@ -16,26 +16,58 @@ pub const DEFINITION: &str = "campaign.toml";
 pub const TABLE: &str = "runs.csv";
 
 /// Columns before the varied values and between them and the measures.
-const FIRST: [&str; 2] = ["seed", "variant"];
-const VERDICT: [&str; 3] = ["outcome", "reason", "assumptions"];
+const FIRST: [(&str, &str); 2] = [("seed", "seed of the run"), ("variant", "name of the variant")];
+const VERDICT: [(&str, &str); 3] = [
+    ("outcome", "held, violated or refused"),
+    ("reason", "the guarantees that were violated, or the reason for the refusal"),
+    (
+        "assumptions",
+        "kept, or broken: vehicle, disturbance or rotors leave what the controller was told",
+    ),
+];
 
-/// Names of the columns, in order.
+/// A column of the table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// Its name: letters, digits, `_` and `.`, so that no tool needs more than quotes around it.
+    pub name: String,
+    /// Unit of its values; empty for words and counts, and where the definition does not tell.
+    pub unit: String,
+    /// Meaning in words.
+    pub meaning: String,
+}
+
+impl Column {
+    fn new(name: &str, unit: &str, meaning: &str) -> Self {
+        Self { name: name.to_owned(), unit: unit.to_owned(), meaning: meaning.to_owned() }
+    }
+}
+
+/// The columns, in order.
 #[must_use]
-pub fn columns(campaign: &Campaign) -> Vec<String> {
-    let parameters = campaign.parameters().iter().map(|parameter| parameter.path.clone());
-    let guarantees = campaign.guarantees().iter();
-    let guarantees =
-        guarantees.flat_map(|it| [format!("{}.observed", it.key), format!("{}.margin", it.key)]);
-    let first = FIRST.map(str::to_owned).into_iter().chain(parameters);
-    let middle = VERDICT.iter().copied().chain(MEASURES.iter().map(|measure| measure.key));
-    first.chain(middle.map(str::to_owned)).chain(guarantees).collect()
+pub fn columns(campaign: &Campaign) -> Vec<Column> {
+    let words = |it: &(&str, &str)| Column::new(it.0, "", it.1);
+    let parameters = campaign.parameters().iter().map(|it| {
+        let meaning = format!("{} of the scenario", it.path);
+        Column::new(&it.column(), &it.unit, &meaning)
+    });
+    let measures = MEASURES.iter().map(|it| Column::new(it.key, it.unit, it.label));
+    let guarantees = campaign.guarantees().iter().flat_map(|it| {
+        let column = |end: &str, meaning: &str| {
+            let (name, meaning) = (format!("{}.{end}", it.key), format!("{}: {meaning}", it.name));
+            Column::new(&name, it.unit, &meaning)
+        };
+        [column("observed", "value closest to its bound"), column("margin", "distance from it")]
+    });
+    let first = FIRST.iter().map(words).chain(parameters);
+    first.chain(VERDICT.iter().map(words)).chain(measures).chain(guarantees).collect()
 }
 
 /// The line that names the columns, with its end.
 #[must_use]
 pub fn header(campaign: &Campaign) -> String {
     let mut line = Line::default();
-    columns(campaign).iter().for_each(|name| line.text(name));
+    columns(campaign).iter().for_each(|column| line.text(&column.name));
     line.end()
 }
 
@@ -175,7 +207,7 @@ impl<'a, R: Read> RowReader<'a, R> {
     pub fn new(campaign: &'a Campaign, input: R, path: &Path) -> Result<Self, CampaignError> {
         let mut records = csv::Reader::from_reader(input);
         let header = records.headers().map_err(|error| unreadable(path, &error))?;
-        if !header.iter().eq(columns(campaign)) {
+        if !header.iter().eq(columns(campaign).iter().map(|column| column.name.as_str())) {
             let message = "has other columns than this program writes for its campaign.toml";
             return Err(CampaignError::Results(path.to_owned(), message.to_owned()));
         }
@@ -313,13 +345,17 @@ normal = { mean = 0.85, deviation = 0.05 }
     #[test]
     fn columns_are_named_after_fields_measures_and_guarantees() {
         let columns = columns(&campaign());
-        let expected = ["seed", "variant", "vehicle.inertia[0]", "vehicle.inertia[1]"];
-        assert_eq!(columns[..4], expected);
-        let expected = ["vehicle.inertia[2]", "vehicle.mass", "outcome", "reason", "assumptions"];
-        assert_eq!(columns[4..9], expected);
-        assert!(columns.iter().any(|it| it == "thrust_highest_against_m_f.margin"));
-        let unique: std::collections::HashSet<_> = columns.iter().collect();
-        assert_eq!(unique.len(), columns.len());
+        let names: Vec<_> = columns.iter().map(|column| column.name.as_str()).collect();
+        let expected = ["seed", "variant", "vehicle.inertia.0", "vehicle.inertia.1"];
+        assert_eq!(names[..4], expected);
+        let expected = ["vehicle.inertia.2", "vehicle.mass", "outcome", "reason", "assumptions"];
+        assert_eq!(names[4..9], expected);
+        assert!(names.contains(&"thrust_highest_against_m_f.margin"));
+        let unique: std::collections::HashSet<_> = names.iter().collect();
+        assert_eq!(unique.len(), names.len());
+        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.');
+        assert!(names.iter().all(|name| name.chars().all(plain)), "{names:?}");
+        assert!(columns.iter().all(|column| !column.meaning.is_empty()));
     }
 
     #[test]

@@ -14,8 +14,6 @@ pub enum FlyError {
     Scenario(ScenarioError),
     /// The scenario cannot be flown under commands.
     Refused(ConfigError),
-    /// The program carries bytes that it cannot read: its file is damaged.
-    Damaged(&'static str),
     /// A port cannot be opened.
     Port(io::Error),
     /// Results cannot be written: path and reason.
@@ -33,7 +31,6 @@ impl fmt::Display for FlyError {
             Self::Refused(error) => {
                 write!(out, "the scenario cannot be flown by commands: {error}")
             }
-            Self::Damaged(part) => write!(out, "{part}, carried in the program, is damaged"),
             Self::Port(error) => write!(out, "no port: {error}"),
             Self::Output(path, error) => write!(out, "{}: {error}", path.display()),
             Self::Key(path, reason) => write!(out, "{}: {reason}", path.display()),

@@ -7,13 +7,14 @@ use ctrl_core::controller::{
 use ctrl_core::mode::Mode;
 use ctrl_core::mode::navigation::{NavigationMode, Navigator};
 use ctrl_core::trajectory::{HoverConfig, TrajectoryConfig};
+use ctrl_core::vehicle::VehicleState;
 use firmware::exchange::ControlStatus;
 use firmware::flight_control::{FlightControl, Inputs, Outputs};
 use firmware::pilot::{Pilot, PilotedVehicle};
-use firmware::scenario::{BuiltInMission, Tuning, built_in_mission};
+use firmware::scenario::{BUILT_IN_MISSION, Tuning};
 use firmware::session::{HostSession, SessionConfig, SessionMemory};
 use firmware::state_sample::StateSample;
-use firmware::vehicle::vehicle_config;
+use firmware::vehicle::VEHICLE;
 use glam::Vec3;
 use link::{ControllerKind, ParametersInForce};
 use mavlink_vehicle::View;
@@ -26,6 +27,7 @@ use sim::plant::rigid_body::RigidBody;
 use sim::plant::vehicle::Plant;
 use sim::plant::{PlantParameters, PlantState};
 use sim::scenario::Scenario;
+use sim::state_source::StateSource;
 use sim::tick::Tick;
 
 use super::error::FlyError;
@@ -49,6 +51,9 @@ pub struct FlownTick {
 pub struct FlownVehicle<'m> {
     plant: GroundedVehicle,
     disturbance: DisturbanceProcess,
+    source: StateSource,
+    /// The state that the vehicle received at the latest tick.
+    measured: VehicleState,
     control: FlightControl,
     session: HostSession<'m>,
     pilot: Pilot,
@@ -68,16 +73,16 @@ impl<'m> FlownVehicle<'m> {
     /// The vehicle of `scenario`, standing on the ground below its initial position.
     ///
     /// # Errors
-    /// The parameter that controller, supervisor or navigation refuse; or damage of the program.
+    /// The parameter that controller, supervisor, navigation, sensors or rate filter refuse; or damage of the program.
     pub fn new(scenario: &Scenario, memory: &'m mut SessionMemory) -> Result<Self, FlyError> {
         let law = scenario.controller.build()?;
-        let vehicle = vehicle_config().map_err(|_| FlyError::Damaged("the vehicle"))?;
-        let mission = mission(&scenario.controller)?;
-        let config = SessionConfig::new(BOARD, 1, &vehicle);
-        let session =
-            HostSession::new(memory, config, &mission, ParametersInForce::default(), None)?;
+        let tuning = tuning(&scenario.controller);
+        let config = SessionConfig::new(BOARD, 1, &VEHICLE);
+        let hover = TrajectoryConfig::Hover(HoverConfig { position_world: Vec3::ZERO, yaw: 0.0 });
+        let in_force = ParametersInForce::default();
+        let session = HostSession::new(memory, config, &tuning, &hover, in_force, None)?;
         let pilot = Pilot::new(&Pilot::moderate(&law), &law)?;
-        let control = FlightControl::new(law, &vehicle.supervisor, &vehicle.geometry)?;
+        let control = FlightControl::new(&law, &VEHICLE.supervisor, &VEHICLE.geometry)?;
         let period = f64::from(law.step_period());
         let parameters = PlantParameters::from(scenario.vehicle);
         let body = RigidBody::new(&parameters, period, scenario.plant_steps_per_tick);
@@ -87,6 +92,8 @@ impl<'m> FlownVehicle<'m> {
         Ok(Self {
             plant: GroundedVehicle::new(body, actuators, standing, 0.0),
             disturbance: DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period),
+            source: StateSource::new(scenario, law.step_period(), &standing)?,
+            measured: standing.measured(),
             control,
             session,
             pilot,
@@ -105,11 +112,12 @@ impl<'m> FlownVehicle<'m> {
     /// One control tick: sample, reference, control group, plant.
     pub fn tick(&mut self) -> FlownTick {
         let truth = *self.plant.truth();
-        let measured = truth.measured();
+        let measured = self.source.measure(&truth);
+        self.measured = measured;
         let reference = self.pilot.step(self.status.mode, Some(&measured)).reference;
         if let Some(law) = self.session.take_law() {
             self.control.replace_law(law);
-            (self.law, self.thrust_max) = (law, law.bounds().thrust_max);
+            (self.law, self.thrust_max) = (*law, law.bounds().thrust_max);
         }
         let inputs = Inputs {
             sample: Some(StateSample { state: measured, age_ticks: 0 }),
@@ -167,10 +175,9 @@ impl<'m> FlownVehicle<'m> {
         tick.auxiliary = self.law.auxiliary(&self.law_state);
         tick.lasting = self.law.lasting(&self.law_state);
         let mut seen = Intermediates::default();
-        let measured = tick.truth.measured();
         let output = self.law.step_observed(
             &mut self.law_state,
-            &measured,
+            &self.measured,
             &tick.reference,
             |intermediates| seen = *intermediates,
         );
@@ -190,7 +197,7 @@ impl<'m> FlownVehicle<'m> {
         View {
             time: (self.time() * 1e6) as u64,
             mode: self.status.mode,
-            state: Some(self.plant.truth().measured()),
+            state: Some(self.measured),
             ready: self.control.readiness(),
             thrust: self.thrust / self.thrust_max,
             load: 0.0, // it is not the host's that matters
@@ -246,18 +253,15 @@ impl<'m> FlownVehicle<'m> {
     }
 }
 
-/// The scenario's controller with the paper's numbers for the other one, and a place to stand.
-fn mission(controller: &ControllerConfig) -> Result<BuiltInMission, FlyError> {
-    let built_in =
-        built_in_mission().map_err(|_| FlyError::Damaged("the built-in mission"))?.tuning;
-    let tuning = match *controller {
+/// The scenario's controller with the paper's numbers for the other one.
+fn tuning(controller: &ControllerConfig) -> Tuning {
+    let built_in = BUILT_IN_MISSION.tuning;
+    match *controller {
         ControllerConfig::RobustAdaptive(robust_adaptive) => {
             Tuning { kind: ControllerKind::RobustAdaptive, robust_adaptive, ..built_in }
         }
         ControllerConfig::Saturated(saturated) => {
             Tuning { kind: ControllerKind::Saturated, saturated, ..built_in }
         }
-    };
-    let hover = HoverConfig { position_world: Vec3::ZERO, yaw: 0.0 };
-    Ok(BuiltInMission { tuning, trajectory: TrajectoryConfig::Hover(hover) })
+    }
 }

@@ -6,7 +6,7 @@ use ctrl_core::error::ConfigError;
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::Trajectory;
 use ctrl_core::vehicle::WrenchBounds;
-use firmware::vehicle::vehicle_config;
+use firmware::vehicle::VEHICLE;
 use link::Parameters;
 
 use ctrl_core::controller::ControllerConfig;
@@ -71,7 +71,7 @@ impl Description {
             parameters: parameters(scenario),
             step_period: scenario.controller.step_period().into(),
             bounds: loaded.flight()?.controller().bounds(),
-            geometry: vehicle_config().ok().map(|vehicle| vehicle.geometry),
+            geometry: Some(VEHICLE.geometry.clone()),
             path: path(scenario).map_err(|error| loaded.refusal(&error))?,
         })
     }

@@ -38,13 +38,13 @@ impl Rotors {
 mod tests {
     use super::*;
     use ctrl_core::vehicle::Wrench;
-    use firmware::vehicle::vehicle_config;
+    use firmware::vehicle::VEHICLE;
     use glam::Vec3;
     use sim::guarantee::test_flight::{both, sample};
 
     #[test]
     fn thrust_is_shared_by_the_rotors_and_none_is_nan() {
-        let rotors = Rotors::new(&vehicle_config().unwrap().geometry).unwrap();
+        let rotors = Rotors::new(&VEHICLE.geometry).unwrap();
         let mut tick = sample(&both(1e-3)[1]);
         tick.output.wrench = Wrench { thrust: 8.0, torque_body: Vec3::ZERO };
         let controls = rotors.controls(&tick);

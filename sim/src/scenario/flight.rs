@@ -22,7 +22,7 @@ impl Scenario {
     /// The vehicle at the first tick.
     ///
     /// # Errors
-    /// The parameter that the controller, the trajectory or the estimator refuses.
+    /// The parameter that the controller, the trajectory, the estimator or the rate filter refuses.
     pub fn flight(&self) -> Result<ScenarioFlight, ConfigError> {
         use ctrl_core::controller::AdaptiveController;
         let controller = self.controller.build()?;
@@ -50,7 +50,7 @@ impl Scenario {
 /// The vehicle of `scenario` at the first tick, under a controller in place of the configured one.
 ///
 /// # Errors
-/// The parameter that the trajectory or the estimator refuses.
+/// The parameter that the trajectory, the estimator or the rate filter refuses.
 pub fn flight_with<C: TrackingController>(
     controller: C,
     scenario: &Scenario,
@@ -63,6 +63,6 @@ pub fn flight_with<C: TrackingController>(
     let disturbance = DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period);
     let start = scenario.initial.state();
     let vehicle = Vehicle::new(body, actuators, start);
-    let source = StateSource::new(scenario, period, &start)?;
+    let source = StateSource::new(scenario, controller.step_period(), &start)?;
     Ok(Flight::new(controller, trajectory, vehicle, disturbance).with_state_source(source))
 }

@@ -99,11 +99,22 @@ impl LoadedScenario {
             .flat_map(|term| [keys(&controller.join("."), term), keys("trajectory", term)])
             .find(|path| self.text.contains(path));
         let sensors = error.parameter.split('.').next().and_then(sensor_of);
-        let path = written.or(sensors).unwrap_or_else(|| match error.parameter.split('.').next() {
-            Some("trajectory") => vec!["trajectory".to_owned()],
-            _ => controller,
-        });
+        let path =
+            written.or(sensors).or_else(|| self.filter_key(error.parameter)).unwrap_or_else(|| {
+                match error.parameter.split('.').next() {
+                    Some("trajectory") => vec!["trajectory".to_owned()],
+                    _ => controller,
+                }
+            });
         self.text.error(&path, error.to_string())
+    }
+
+    /// The key of a filter's parameter, or that of the array of notches that has it.
+    fn filter_key(&self, parameter: &str) -> Option<Vec<String>> {
+        let path: Vec<_> = parameter.split('.').map(str::to_owned).collect();
+        let filter = path.first().is_some_and(|table| table == "rate_filter");
+        let longest_first = (1..=path.len()).rev().map(|length| path[..length].to_vec());
+        longest_first.filter(|_| filter).find(|path| self.text.contains(path))
     }
 }
 

@@ -19,6 +19,7 @@ pub use loaded::LoadedScenario;
 pub use name::{check_name, not_found};
 
 use ctrl_core::controller::ControllerConfig;
+use ctrl_core::filter::RateFilterConfig;
 use ctrl_core::trajectory::TrajectoryConfig;
 use glam::DVec3;
 use serde::Deserialize;
@@ -55,6 +56,9 @@ pub struct Scenario {
     /// Noise and latency of the state that the controller receives, for a scenario without sensors.
     #[serde(default)]
     pub state_feedback: StateFeedbackConfig,
+    /// Filters of the body rate that the controller receives.
+    #[serde(default)]
+    pub rate_filter: RateFilterConfig,
     /// State at the first tick.
     pub initial: InitialCondition,
     /// Disturbance of the vehicle.
@@ -108,7 +112,7 @@ impl Scenario {
     /// `true` if the controller receives the true state, as the theorems assume.
     #[must_use]
     pub fn receives_the_truth(&self) -> bool {
-        self.sensors.is_none() && self.state_feedback.is_exact()
+        self.sensors.is_none() && self.state_feedback.is_exact() && self.rate_filter.is_empty()
     }
 
     /// Violated assumptions of the theorems, one sentence each: a true parameter or disturbance outside the

@@ -248,6 +248,9 @@ pub(super) fn broken_assumptions(scenario: &Scenario) -> Vec<String> {
     if !scenario.state_feedback.is_exact() {
         broken.push("the controller receives the state with noise or latency".to_owned());
     }
+    if !scenario.rate_filter.is_empty() {
+        broken.push("the controller receives the body rate behind filters".to_owned());
+    }
     broken
 }
 

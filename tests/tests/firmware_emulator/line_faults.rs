@@ -2,7 +2,7 @@
 
 use ctrl_core::mode::{Cause, Command, FailsafePolicy, Mode, Refusal};
 use ctrl_core::vehicle::VehicleState;
-use firmware::vehicle::vehicle_config;
+use firmware::vehicle::VEHICLE;
 use glam::Vec3;
 use link::{Downlink, LinkStatistics, Rejection, Telemetry, Uplink};
 use sil_host::pil::fault::{Fault, LinkFaults};
@@ -141,7 +141,7 @@ fn until_failsafe(
 
 #[test]
 fn when_the_host_is_gone_the_failsafe_comes_on_time_and_a_returning_host_recovers() {
-    let config = vehicle_config().unwrap();
+    let config = &VEHICLE;
     let FailsafePolicy::Descend { thrust, .. } = config.supervisor.failsafe else {
         panic!("vehicle.toml descends");
     };

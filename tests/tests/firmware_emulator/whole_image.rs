@@ -8,7 +8,7 @@ use ctrl_core::mode::{Cause, Command, Mode, Refusal, SAFE};
 use ctrl_core::trajectory::{Leg, MAX_LEGS, TrajectoryConfig};
 use ctrl_core::vehicle::VehicleState;
 use firmware::scenario::Scenario;
-use firmware::vehicle::vehicle_config;
+use firmware::vehicle::VEHICLE;
 use glam::Vec3;
 use link::{
     ControllerKind, Decoder, Downlink, Encoder, FaultKind, MAX_FRAME, Rejection,
@@ -62,7 +62,7 @@ fn take_off(vehicle: &mut Vehicle, state: VehicleState) {
 
 #[test]
 fn when_samples_stop_the_vehicle_descends_and_then_stops_its_rotors() {
-    let config = vehicle_config().unwrap();
+    let config = &VEHICLE;
     let (mut vehicle, state) = on_the_ground("paper-saturated", &[]);
     take_off(&mut vehicle, state);
     let flown_on = config.link.sample_valid + u32::from(config.supervisor.missed_samples_max);

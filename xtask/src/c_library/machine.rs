@@ -41,7 +41,7 @@ pub fn check(library: &Library) -> Result<()> {
         println!("{:>8} {stack:>8}  {function}", graph.code_size());
     }
     let graph = CallGraph::walk(&image, &listing, STEP)?;
-    let faults = machine_code::faults(&graph, &Sources::open(&path)?, &[])?;
+    let faults = machine_code::faults(&graph, &Sources::open(&path)?, &[], false)?;
     ensure!(faults.is_empty(), "`{STEP}`: {}", faults.join("\n"));
     let bound = Bounds::of(STEP, &image, &listing)?.get(Model::Instructions);
     println!("{STEP}: at most {bound} instructions");

@@ -6,6 +6,7 @@
 #![no_std]
 
 pub mod estimator;
+pub mod filter;
 
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::reference::Reference;

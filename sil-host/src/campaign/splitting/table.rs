@@ -141,9 +141,9 @@ impl Flights {
 /// The line that names the columns, with its end.
 fn header(campaign: &Campaign) -> String {
     let mut line = Line::default();
-    let parameters = campaign.parameters().iter().map(|parameter| parameter.path.as_str());
-    let names = ["replica", "seed"].into_iter().chain(parameters);
-    names.chain(["outcome", "observed", "margin", "walk"]).for_each(|name| line.text(name));
+    ["replica", "seed"].iter().for_each(|name| line.text(name));
+    campaign.parameters().iter().for_each(|parameter| line.text(&parameter.column()));
+    ["outcome", "observed", "margin", "walk"].iter().for_each(|name| line.text(name));
     line.end()
 }
 
