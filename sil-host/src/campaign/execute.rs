@@ -55,9 +55,10 @@ pub fn execute(
                 return Ok(());
             }
             let run = fly_run(campaign, index);
+            let violated = run.violated();
             let lines = run.rows.iter().map(|row| line(campaign, row)).collect();
             window.finish(index, Flown { rows: run.rows, lines })?;
-            progress.run_completed(run.flight_time);
+            progress.run_completed(run.flight_time, violated);
             Ok(())
         })
     })

@@ -15,6 +15,14 @@ pub struct Run {
     pub flight_time: f64,
 }
 
+impl Run {
+    /// `true` if a variant violated a guarantee.
+    #[must_use]
+    pub fn violated(&self) -> bool {
+        self.rows.iter().any(|row| row.outcome == RunOutcome::Violated)
+    }
+}
+
 /// Flies run `index` of the campaign in every variant.
 #[must_use]
 pub fn fly_run(campaign: &Campaign, index: u32) -> Run {

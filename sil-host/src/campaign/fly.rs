@@ -71,7 +71,7 @@ pub fn fly(
     if !decided {
         flown?;
     }
-    conclude(&CampaignResults::open(&directory)?)
+    conclude(&CampaignResults::open(&directory)?, options.shard == Shard::WHOLE)
 }
 
 /// Takes in the runs in `directory`; `true` if they decide.
@@ -83,14 +83,16 @@ fn take_in(stop: &mut Sequential, directory: &Path) -> Result<bool, CampaignErro
     Ok(stop.is_decided())
 }
 
-/// Writes the files that follow from a complete table.
+/// Writes the files that follow from a complete table; of a share no page, whose flights would be flown again for it.
 ///
 /// # Errors
 /// When they cannot be written.
-pub(super) fn conclude(results: &CampaignResults) -> Result<Summary, CampaignError> {
+pub(super) fn conclude(results: &CampaignResults, whole: bool) -> Result<Summary, CampaignError> {
     #[cfg(feature = "parquet")]
     super::parquet::write(results)?;
-    super::report::write(results)?;
+    if whole {
+        super::report::write(results)?;
+    }
     Summary::read(results)
 }
 

@@ -47,7 +47,7 @@ pub fn fly(
         let fresh = pool.install(|| {
             let flown = round[held..].par_iter().map(|asked| {
                 let (flight, time) = asked.fly(campaign, ascent.guarantee);
-                progress.run_completed(time);
+                progress.run_completed(time, flight.outcome == RunOutcome::Violated);
                 flight
             });
             flown.collect::<Vec<_>>()
