@@ -14,6 +14,7 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections import deque
 from collections.abc import Iterable, Mapping
 from types import TracebackType
 from typing import Any, Final
@@ -34,6 +35,12 @@ PLOTS: Final = (
     "lyapunov",
 )
 """Quantities that are plotted unless others are asked for."""
+
+TRAIL: Final = 400
+"""Places of the vehicle that its trail has."""
+
+TRAIL_EVERY: Final = 10
+"""Ticks shown between two drawings of the trail."""
 
 ARM: Final = 0.25
 """Half the length of the vehicle that is drawn (m)."""
@@ -128,7 +135,8 @@ class Rerun(_Viewer):
             self._recording.connect_grpc(connect)
         else:
             self._recording.spawn()
-        self._trail: list[Any] = []
+        self._trail: deque[Any] = deque(maxlen=TRAIL)
+        self._shown = 0
         self._log("world", rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         body = rerun.Boxes3D(half_sizes=[[ARM, ARM, 0.05]], colors=[[57, 135, 229]])
         self._log("world/vehicle/body", body, static=True)
@@ -155,7 +163,9 @@ class Rerun(_Viewer):
         reference = rerun.Points3D([tick["reference_position"]], radii=[0.05])
         self._log("world/reference", reference)
         self._trail.append(position)
-        self._log("world/trail", rerun.LineStrips3D([self._trail[-2:]]))
+        self._shown += 1
+        if self._shown % TRAIL_EVERY == 0:
+            self._log("world/trail", rerun.LineStrips3D([list(self._trail)]))
         for name, value in self._numbers(tick).items():
             self._log(f"plots/{name}", rerun.Scalars(value))
 
@@ -189,7 +199,7 @@ class Foxglove(_Viewer):
 
         self._messages: Any = messages
         # A context of its own: two viewers at once do not see each other's topics.
-        context = foxglove.Context()
+        self._context = context = foxglove.Context()
         self._sink: Any
         if save is not None:
             self._sink = foxglove.open_mcap(os.fspath(save), allow_overwrite=True, context=context)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from pathlib import Path
+from typing import Any
 
 import gyrfalcon
 import numpy as np
@@ -44,28 +45,30 @@ def test_watch_sees_the_first_tick_and_every_nth_after_it(flight: gyrfalcon.Flig
 def test_rerun_has_every_tick_with_its_place_and_numbers(
     tmp_path: Path, flight: gyrfalcon.Flight
 ) -> None:
-    from rerun import dataframe
+    from rerun.chunk import RrdReader
 
     path = tmp_path / "flight.rrd"
     with live.Rerun(save=path, plots=["thrust", "torque"]) as viewer:
         gyrfalcon.run(SHORT, watch=viewer, watch_every=EVERY)
-    recording = dataframe.load_recording(path)
-    view = recording.view(index="time", contents="/**")
-    table = view.select().read_all()
-    names = set(table.column_names)
+    batches: dict[str, list[Any]] = {}
+    for chunk in RrdReader(path).stream():
+        batches.setdefault(chunk.entity_path, []).append(chunk.to_record_batch())
 
-    def column(path: str) -> np.ndarray:
-        found = [name for name in names if name.lstrip("/").startswith(path)]
-        assert len(found) == 1, (path, sorted(names))
-        values = [value for value in table[found[0]].to_pylist() if value is not None]
+    def column(entity: str, name: str) -> np.ndarray:
+        values = [row for batch in batches[entity] for row in batch.column(name).to_pylist()]
         return np.array(values, dtype=np.float64).squeeze()
 
-    assert np.allclose(column("plots/thrust:Scalars"), shown(flight, "thrust"), rtol=1e-6)
-    assert np.allclose(column("plots/torque_x:Scalars"), shown(flight, "torque")[:, 0], atol=1e-9)
-    translation = column("world/vehicle:Transform3D:translation")
+    thrust = column("/plots/thrust", "Scalars:scalars")
+    assert np.array_equal(thrust, shown(flight, "thrust").astype(np.float64))
+    torque = column("/plots/torque_x", "Scalars:scalars")
+    assert np.array_equal(torque, shown(flight, "torque")[:, 0].astype(np.float64))
+    translation = column("/world/vehicle", "Transform3D:translation")
     assert np.allclose(translation, shown(flight, "position"), atol=1e-5)
-    attitude = column("world/vehicle:Transform3D:quaternion")
+    attitude = column("/world/vehicle", "Transform3D:quaternion")
     assert np.allclose(np.roll(attitude, 1, axis=1), shown(flight, "attitude"), atol=1e-6)
+    times = [row for batch in batches["/world/vehicle"] for row in batch.column("time").to_pylist()]
+    assert [time.total_seconds() for time in times] == pytest.approx(list(shown(flight, "time")))
+    assert len(batches["/world/trail"]) > 0 and "/world/reference" in batches
 
 
 def test_foxglove_has_every_tick_with_its_frames_and_numbers(

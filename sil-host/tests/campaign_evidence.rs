@@ -158,7 +158,7 @@ fn splitting_finds_a_probability_below_one_in_a_million_that_is_known() {
     fly(&directory, &["--threads", "4", "--out", "one"]);
     assert!(files(&directory.join("one/offset")) == whole);
     // Flights of something else are not taken for its own.
-    let foreign = String::from_utf8(text).expect("UTF-8").replacen("0,", "3,", 1);
+    let foreign = String::from_utf8(text).expect("UTF-8").replacen("\n0,", "\n3,", 1);
     fs::write(&path, foreign).expect("written");
     let output = sil_host(&directory, &["campaign", "offset.toml", "-q", "--out", "one"]);
     assert_eq!(output.status.code(), Some(2));
