@@ -8,21 +8,35 @@
 //! (f_1 .. f_n) = B^T (B B^T)^-1 (f, tau): the solution of least squares
 //! ```
 //!
-//! If a rotor's limit does not allow that, roll and pitch torque come first, thrust second, yaw
-//! torque last:
+//! If that violates a rotor's limit, the thrusts of least squares within the limits are sought; if the
+//! rotors cannot make the wrench at all, roll and pitch torque come first, thrust second, yaw torque last:
 //!
-//! 1. roll and pitch are scaled down together, only if no thrust makes room for them;
-//! 2. the thrust is moved by as little as makes room for roll and pitch;
-//! 3. yaw is scaled down to the room that is left.
+//! 1. roll and pitch are scaled down together, only if no thrust and no yaw torque makes room for them;
+//! 2. yaw torque is turned against its command only as far as roll and pitch need that;
+//! 3. the thrust is moved by as little as makes room for both;
+//! 4. yaw torque is what is nearest to its command then.
+//!
+//! A rotor that has failed is [left out](Allocator::without), a supply voltage other than the nominal one
+//! [scales the limits](Allocator::allocate_at), and [`ThrustCurve`] turns a thrust into a throttle.
 
-use glam::{DMat4, DVec4, Vec3, Vec4};
+mod attainable;
+mod distribution;
+mod geometry;
+mod throttle;
+
+pub use attainable::slabs;
+pub use geometry::{Rotor, RotorGeometry, Spin};
+pub use throttle::{BatteryCompensation, BatteryConfig, ThrustCurve, throttle};
+
+use glam::{DMat4, DVec4, Mat4, Vec3, Vec4};
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Bound, ConfigError, require};
 use crate::list::List;
-use crate::sqrt::sqrt;
 use crate::vehicle::{Interval, Wrench};
+use attainable::{Attainable, close, contains, farthest, reach};
+use geometry::{effect, require_rotor};
 
 /// Most rotors of a vehicle.
 pub const MAX_ROTORS: usize = 8;
@@ -31,67 +45,17 @@ pub const MAX_ROTORS: usize = 8;
 /// below this f32 loses three digits.
 const INDEPENDENCE_MIN: f32 = 1e-4;
 
-/// Direction of rotation of a rotor, seen from above (from body +z).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-pub enum Spin {
-    /// Its reaction turns the body anticlockwise: positive yaw torque.
-    #[default]
-    Clockwise,
-    /// Its reaction turns the body clockwise: negative yaw torque.
-    Anticlockwise,
-}
+/// Largest scaled command that is told from a larger one: whatever it is, the rotors are at their limits.
+const COMMAND_MAX: f32 = 1e6;
 
-/// One rotor.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct Rotor {
-    /// `r`: position relative to the centre of mass, body axes (m).
-    pub position_body: Vec3,
-    /// Direction of rotation.
-    pub spin: Spin,
-    /// `kappa`: reaction torque for each newton of thrust (m), positive.
-    pub torque_ratio: f32,
-    /// Thrust while it runs (N): `0 <= lower < upper`.
-    pub thrust: Interval,
-}
+/// Scaled residual with which the clipped thrusts of least squares are good enough.
+const ENOUGH: f32 = 5e-6;
 
-/// The rotors of a vehicle, in the order of the outputs.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct RotorGeometry {
-    /// Four to [`MAX_ROTORS`] rotors.
-    pub rotors: List<Rotor, MAX_ROTORS>,
-}
+/// Most tangents at the thrusts beside a tilt torque; each comes closer to the highest, or ends at it.
+const TANGENTS: usize = 4;
 
-impl RotorGeometry {
-    /// Four rotors `arm` (m) from the centre of mass on the diagonals, anticlockwise from the
-    /// front left; front left and rear right turn clockwise.
-    #[must_use]
-    pub fn quad_x(arm: f32, torque_ratio: f32, thrust: Interval) -> Self {
-        let d = arm * core::f32::consts::FRAC_1_SQRT_2;
-        Self::quad([(d, d), (-d, d), (-d, -d), (d, -d)], torque_ratio, thrust)
-    }
-
-    /// Four rotors `arm` (m) from the centre of mass on the body axes, anticlockwise from the
-    /// front; front and rear turn clockwise.
-    #[must_use]
-    pub fn quad_plus(arm: f32, torque_ratio: f32, thrust: Interval) -> Self {
-        Self::quad([(arm, 0.0), (0.0, arm), (-arm, 0.0), (0.0, -arm)], torque_ratio, thrust)
-    }
-
-    fn quad(places: [(f32, f32); 4], torque_ratio: f32, thrust: Interval) -> Self {
-        let spins = [Spin::Clockwise, Spin::Anticlockwise].into_iter().cycle();
-        let rotors = places.into_iter().zip(spins).map(|((x, y), spin)| {
-            let position_body = Vec3::new(x, y, 0.0);
-            Rotor { position_body, spin, torque_ratio, thrust }
-        });
-        Self { rotors: List::taking(rotors) }
-    }
-}
+/// Smallest part of the nominal thrust that a supply is taken to leave.
+const SUPPLY_MIN: f32 = 0.1;
 
 bitflags::bitflags! {
     /// Parts of the commanded wrench that the rotors' limits reduced.
@@ -102,191 +66,289 @@ bitflags::bitflags! {
         const ROLL_PITCH = 1 << 0;
         /// The thrust was moved.
         const THRUST = 1 << 1;
-        /// The yaw torque was scaled down.
+        /// The yaw torque was changed.
         const YAW = 1 << 2;
         /// The wrench was not finite; every rotor is at its lower limit.
         const INVALID = 1 << 3;
     }
 }
 
+bitflags::bitflags! {
+    /// A set of rotors, by their place in the order of the outputs.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub struct RotorSet: u8 {
+        /// The first rotor.
+        const FIRST = 1 << 0;
+        // Any other bit is a rotor, too.
+        const _ = !0;
+    }
+}
+
+impl RotorSet {
+    /// The rotor at `index`; empty from [`MAX_ROTORS`] on.
+    #[must_use]
+    pub fn rotor(index: usize) -> Self {
+        let bit = u32::try_from(index).ok().and_then(|index| 1u8.checked_shl(index));
+        Self::from_bits_retain(bit.unwrap_or(0))
+    }
+}
+
 /// The thrust of each rotor (N), in the order of the geometry.
 pub type RotorThrusts = List<f32, MAX_ROTORS>;
 
-/// Wrench to rotor thrusts, validated and prepared.
+/// Result of an allocation.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Allocator {
-    channels: List<Channel, MAX_ROTORS>,
+pub struct Allocation {
+    /// Thrust of each rotor, inside its limits; zero for one that has failed.
+    pub thrusts: RotorThrusts,
+    /// The wrench that these thrusts make: the command, unless it was limited. Its torque is the one
+    /// that acts in (37) when rotors, and not only the law, saturate.
+    pub achieved: Wrench,
+    /// What the limits took from the command.
+    pub limited: Limited,
 }
 
-/// One rotor as the allocator sees it.
+/// An allocator for any vehicle of up to [`MAX_ROTORS`] rotors.
+pub type Allocator = SizedAllocator<{ slabs(MAX_ROTORS) }>;
+
+/// Wrench to rotor thrusts, validated and prepared, with memory for `SLABS` facets of the set of attainable
+/// wrenches: [`slabs(n)`](slabs) are enough for `n` rotors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SizedAllocator<const SLABS: usize> {
+    channels: List<Channel, MAX_ROTORS>,
+    /// Largest entry of each row of `B`; divides (thrust, roll, pitch, yaw) to scaled wrenches.
+    scale: Vec4,
+    /// `(B B^T)^-1` of the scaled rows.
+    inverse_gram: Mat4,
+    attainable: Attainable<SLABS>,
+}
+
+/// One rotor as the allocator sees it; all zero for one that has failed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Channel {
-    /// Column of `B`.
-    effect: Vec4,
+    /// Column of `B`, each row scaled.
+    column: Vec4,
     /// Row of the pseudo-inverse, for (thrust, roll, pitch, yaw).
     share: Vec4,
     limits: Interval,
 }
 
-impl Allocator {
-    /// Prepares the pseudo-inverse.
+impl<const SLABS: usize> SizedAllocator<SLABS> {
+    /// Prepares the pseudo-inverse and the set of attainable wrenches.
     ///
     /// # Errors
     /// Names a rotor field out of its range, or the geometry when it cannot produce thrust and the
-    /// three torques independently, or needs a rotor to push less for more thrust.
+    /// three torques independently, or no thrust without torque.
     pub fn new(geometry: &RotorGeometry) -> Result<Self, ConfigError> {
-        let count = Bound::Inside(4.0, MAX_ROTORS as f32);
-        require("rotors (count)", geometry.rotors.len() as f32, count, "four axes; capacity")?;
-        geometry.rotors.iter().try_for_each(require_rotor)?;
-        let scale = row_scale(geometry);
-        let inverse = inverse_gram(geometry, scale)?;
-        let channels = geometry.rotors.iter().map(|rotor| {
-            let effect = effect(rotor);
-            let share = inverse * (effect.as_dvec4() / scale) / scale;
-            Channel { effect, share: share.as_vec4(), limits: rotor.thrust }
-        });
-        let allocator = Self { channels: List::taking(channels) };
-        for channel in &allocator.channels {
-            let share = channel.share.x;
-            require(
-                "rotors (share of the thrust)",
-                share,
-                Bound::Positive,
-                "more thrust must not need less of a rotor",
-            )?;
-        }
-        Ok(allocator)
+        let new = Self::without(geometry, RotorSet::empty())?;
+        let level = reach(new.attainable.wrench(), Vec4::ZERO, Vec4::X);
+        require(
+            "rotors (thrust without torque)",
+            level.upper,
+            Bound::AtLeast(level.lower.max(0.0) + f32::MIN_POSITIVE),
+            "the centre of mass must lie among the rotors",
+        )?;
+        Ok(new)
     }
 
-    /// The rotor thrusts for `wrench`, each inside its limits, and what the limits took from it.
+    /// As [`new`](Self::new), for a vehicle whose rotors in `failed` give nothing any more. The thrusts keep
+    /// their places; a vehicle whose yaw is no longer in balance gives it up where roll, pitch and thrust
+    /// need that.
+    ///
+    /// It takes some ten thousand instructions: prepare it outside the control tick.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and when the rotors that are left cannot tilt the vehicle both ways about
+    /// each axis.
+    pub fn without(geometry: &RotorGeometry, failed: RotorSet) -> Result<Self, ConfigError> {
+        let rotors = &geometry.rotors;
+        let works = |index: usize| !failed.contains(RotorSet::rotor(index));
+        let count = rotors.iter().enumerate().filter(|(index, _)| works(*index)).count() as f32;
+        let enough = Bound::Inside(4.0, MAX_ROTORS as f32);
+        require("rotors (count)", count, enough, "four axes; capacity")?;
+        rotors.iter().try_for_each(require_rotor)?;
+        let column = |index: usize, rotor: &Rotor| {
+            if works(index) { effect(rotor).as_dvec4() } else { DVec4::ZERO }
+        };
+        let columns = rotors.iter().enumerate().map(|(index, rotor)| column(index, rotor));
+        let scale = row_scale(columns.clone());
+        let inverse = inverse_gram(columns.clone().map(|column| column / scale))?;
+        let channels = columns.zip(rotors).map(|(column, rotor)| {
+            let share = inverse * (column / scale) / scale;
+            let limits = if column == DVec4::ZERO { Interval::default() } else { rotor.thrust };
+            Channel { column: (column / scale).as_vec4(), share: share.as_vec4(), limits }
+        });
+        let mut new = Self {
+            channels: List::taking(channels),
+            scale: scale.as_vec4(),
+            inverse_gram: inverse.as_mat4(),
+            attainable: Attainable::new(),
+        };
+        let left = new.attainable.fill(&new.channels);
+        let needed = SLABS as f32 + f32::from(left);
+        require("rotors (facets)", needed, Bound::AtMost(SLABS as f32), "slabs(n) for n rotors")?;
+        for axis in [Vec4::Y, Vec4::Z] {
+            let Interval { lower, upper } = reach(new.attainable.tilt(), Vec4::ZERO, axis);
+            let way = upper.min(-lower);
+            require("rotors (tilt torque)", way, Bound::Positive, "both ways about each axis")?;
+        }
+        Ok(new)
+    }
+
+    /// The rotor thrusts for `wrench`, each inside its limits, with what the limits took from it.
     ///
     /// Total: a wrench that is not finite gives the lower limits. To stop the rotors, do not come
-    /// here: the lower limit of a running rotor may be above zero.
+    /// here: the lower limit of a running rotor may be above zero. At most eight passes over the rotors and
+    /// five over at most 56 slabs.
     #[must_use]
-    pub fn allocate(&self, wrench: &Wrench) -> (RotorThrusts, Limited) {
-        let command = wrench.torque_body.extend(wrench.thrust);
-        let command = Vec4::new(command.w, command.x, command.y, command.z);
+    pub fn allocate(&self, wrench: &Wrench) -> Allocation {
+        self.allocate_at(wrench, 1.0)
+    }
+
+    /// As [`allocate`](Self::allocate), with every limit of the rotors scaled by `supply`, the thrust that the
+    /// present voltage gives over the nominal one ([`BatteryCompensation`]); what is below 0.1, or not a
+    /// number, counts as 0.1.
+    #[must_use]
+    pub fn allocate_at(&self, wrench: &Wrench, supply: f32) -> Allocation {
+        let supply = if supply > SUPPLY_MIN { supply } else { SUPPLY_MIN };
+        let command = Vec4::from((wrench.torque_body, wrench.thrust));
+        let command = Vec4::new(command.w, command.x, command.y, command.z) * (1.0 / supply);
         if !command.is_finite() {
-            return (self.thrusts(Vec4::ZERO), Limited::INVALID);
+            return self.limited(self.thrusts(Vec4::ZERO), Limited::INVALID, supply);
         }
-        if self.channels.iter().all(|channel| channel.limits.contains(channel.share.dot(command))) {
-            return (self.thrusts(command), Limited::empty());
+        let mut within = true;
+        let thrusts = self.channels.iter().map(|channel| {
+            let thrust = channel.share.dot(command);
+            within &= channel.limits.contains(thrust);
+            thrust * supply
+        });
+        let thrusts = List::taking(thrusts);
+        if within {
+            return Allocation { thrusts, achieved: *wrench, limited: Limited::empty() };
         }
-        let feasible = self.feasible(command);
+        let most = Vec4::splat(COMMAND_MAX);
+        let wanted = (command / self.scale).clamp(-most, most);
+        let feasible = self.feasible(wanted);
         let mut limited = Limited::empty();
-        limited.set(Limited::ROLL_PITCH, feasible.y != command.y || feasible.z != command.z);
-        limited.set(Limited::THRUST, feasible.x != command.x);
-        limited.set(Limited::YAW, feasible.w != command.w);
-        (self.thrusts(feasible), limited)
+        limited.set(Limited::ROLL_PITCH, feasible.y != wanted.y || feasible.z != wanted.z);
+        limited.set(Limited::THRUST, feasible.x != wanted.x);
+        limited.set(Limited::YAW, feasible.w != wanted.w);
+        self.limited(self.thrusts(feasible), limited, supply)
+    }
+
+    fn limited(&self, thrusts: RotorThrusts, limited: Limited, supply: f32) -> Allocation {
+        let thrusts = List::taking(thrusts.iter().map(|thrust| thrust * supply));
+        Allocation { achieved: self.wrench(&thrusts), thrusts, limited }
     }
 
     /// The wrench that rotor thrusts (N) make; the rotors beyond the shorter list give none.
     #[must_use]
     pub fn wrench(&self, thrusts: &[f32]) -> Wrench {
         let pairs = self.channels.iter().zip(thrusts);
-        let sum = pairs.fold(Vec4::ZERO, |sum, (channel, thrust)| sum + channel.effect * *thrust);
+        let sum = pairs.fold(Vec4::ZERO, |sum, (channel, thrust)| sum + channel.column * *thrust);
+        let sum = sum * self.scale;
         Wrench { thrust: sum.x, torque_body: Vec3::new(sum.y, sum.z, sum.w) }
     }
 
-    /// The thrusts for a (thrust, roll, pitch, yaw), clamped to the limits.
-    fn thrusts(&self, command: Vec4) -> RotorThrusts {
-        let thrust = |channel: &Channel| channel.limits.clamp(channel.share.dot(command));
-        List::taking(self.channels.iter().map(thrust))
-    }
-
-    /// The command that the limits leave of (thrust, roll, pitch, yaw).
-    fn feasible(&self, command: Vec4) -> Vec4 {
-        let tilt = Vec4::new(0.0, command.y, command.z, 0.0);
-        let tilt = tilt * self.tilt_scale(tilt);
-        let (lowest, highest) = self.thrust_range(tilt);
-        // The range is never empty but for rounding: the upper end then wins.
-        let thrust = command.x.max(lowest).min(highest);
-        let base = tilt + Vec4::X * thrust;
-        let yaw = Vec4::W * command.w;
-        base + yaw * self.yaw_scale(base, yaw)
-    }
-
-    /// The largest part of roll and pitch, up to 1, that some thrust makes room for.
-    ///
-    /// Rotor `i` at its lower and `j` at its upper limit bound the thrust from both sides; with
-    /// `t` the tilt part and `s` the thrust share of each, the scale `k` must leave
-    /// `(lower_i - k t_i)/s_i <= (upper_j - k t_j)/s_j`.
-    fn tilt_scale(&self, tilt: Vec4) -> f32 {
-        let mut scale = 1.0f32;
-        for i in &self.channels {
-            for j in &self.channels {
-                let need = j.share.dot(tilt) / j.share.x - i.share.dot(tilt) / i.share.x;
-                let room = j.limits.upper / j.share.x - i.limits.lower / i.share.x;
-                if need > room {
-                    scale = scale.min(room.max(0.0) / need);
-                }
-            }
+    /// The thrusts for a scaled wrench that the rotors can make, within the limits.
+    fn thrusts(&self, wrench: Vec4) -> RotorThrusts {
+        let multipliers = self.inverse_gram * wrench;
+        let least_squares = distribution::clamped(&self.channels, wrench, multipliers);
+        let left = least_squares.residual.abs().max_element();
+        if left <= ENOUGH * (1.0 + wrench.x.abs()) {
+            return least_squares.thrusts;
         }
-        scale
+        let mut channels = self.channels;
+        close(self.attainable.wrench(), wrench, &mut channels);
+        distribution::distribute(&channels, wrench, multipliers)
     }
 
-    /// The interval of thrust (N) that keeps every rotor inside its limits beside `tilt`.
-    fn thrust_range(&self, tilt: Vec4) -> (f32, f32) {
-        self.channels.iter().fold((f32::MIN, f32::MAX), |(lowest, highest), channel| {
-            let used = channel.share.dot(tilt);
-            let low = (channel.limits.lower - used) / channel.share.x;
-            let high = (channel.limits.upper - used) / channel.share.x;
-            (lowest.max(low), highest.min(high))
-        })
+    /// The scaled wrench that the limits leave of `wanted`.
+    fn feasible(&self, wanted: Vec4) -> Vec4 {
+        let attainable = &self.attainable;
+        if contains(attainable.wrench(), wanted) {
+            return wanted;
+        }
+        let asked = Vec4::new(0.0, wanted.y, wanted.z, 0.0);
+        let share = reach(attainable.tilt(), Vec4::ZERO, asked).clamp(1.0).max(0.0);
+        let asked = asked * share;
+        let yaws = reach(attainable.torque(), asked, Vec4::W);
+        let thrust = self.thrust_beside(asked, wanted, yaws);
+        let base = asked + Vec4::X * thrust;
+        let yaw = reach(attainable.wrench(), base, Vec4::W).clamp(wanted.w);
+        base + Vec4::W * yaw
     }
 
-    /// The largest part of `yaw`, up to 1, that fits beside `base`.
-    fn yaw_scale(&self, base: Vec4, yaw: Vec4) -> f32 {
-        self.channels.iter().fold(1.0, |scale, channel| {
-            let (used, need) = (channel.share.dot(base), channel.share.dot(yaw));
-            let limit = if need > 0.0 { channel.limits.upper } else { channel.limits.lower };
-            let room = ((limit - used) / need).max(0.0); // NaN becomes 0: nothing to give
-            if need == 0.0 { scale } else { scale.min(room) }
-        })
+    /// The thrust nearest to the wanted one beside `tilt`, with a yaw torque between the one nearest to none
+    /// and the one nearest to the wanted.
+    fn thrust_beside(&self, tilt: Vec4, wanted: Vec4, yaws: Interval) -> f32 {
+        let slabs = self.attainable.wrench();
+        let thrusts = |yaw: f32| reach(slabs, tilt + Vec4::W * yaw, Vec4::X);
+        let ends = [yaws.clamp(0.0), yaws.clamp(wanted.w)];
+        let [least, most] = ends.map(thrusts);
+        let too_much = [least, most].map(|thrusts| wanted.x > thrusts.upper);
+        let too_little = [least, most].map(|thrusts| wanted.x < thrusts.lower);
+        match (too_much, too_little) {
+            ([true, true], _) => {
+                highest(ends, |yaw| farthest(slabs, tilt + Vec4::W * yaw, Vec4::X, Vec4::W))
+                    .min(wanted.x)
+            }
+            (_, [true, true]) => {
+                -highest(ends, |yaw| farthest(slabs, tilt + Vec4::W * yaw, -Vec4::X, Vec4::W))
+                    .min(-wanted.x)
+            }
+            // Some yaw torque between the two makes room for it.
+            _ => wanted.x,
+        }
     }
 }
 
-/// Throttle in [0, 1] for a thrust of `thrust` out of `thrust_max` (N), for a rotor whose thrust
-/// grows with the square of its throttle.
-///
-/// ```
-/// assert_eq!(ctrl_core::allocation::throttle(1.0, 4.0), 0.5);
-/// ```
-#[must_use]
-pub fn throttle(thrust: f32, thrust_max: f32) -> f32 {
-    let share = thrust / thrust_max;
-    if share > 0.0 { sqrt(share.min(1.0)) } else { 0.0 }
+/// The highest value of a concave, piecewise linear function between `ends`, from its value and slope: where
+/// the tangents at both sides of it meet.
+fn highest(ends: [f32; 2], function: impl Fn(f32) -> (f32, f32)) -> f32 {
+    let ordered = if ends[0] <= ends[1] { ends } else { [ends[1], ends[0]] };
+    let [mut left, mut right] = ordered.map(|x| (x, function(x)));
+    let mut best = left.1.0.max(right.1.0);
+    for _ in 0..TANGENTS {
+        let ((x, (y, rise)), (u, (v, fall))) = (left, right);
+        let meeting = x + (v - y - fall * (u - x)) / (rise - fall);
+        if !(rise > 0.0 && fall < 0.0 && x < meeting && meeting < u) {
+            break;
+        }
+        let value = function(meeting);
+        best = best.max(value.0);
+        *(if value.1 > 0.0 { &mut left } else { &mut right }) = (meeting, value);
+    }
+    best
 }
 
 impl Interval {
-    /// The value inside nearest to `x`.
+    /// The value inside nearest to `x`; the middle, if the ends are in the wrong order.
     fn clamp(&self, x: f32) -> f32 {
-        x.max(self.lower).min(self.upper)
+        let Self { lower, upper } = *self;
+        if lower > upper {
+            0.5 * (lower + upper)
+        } else if x > upper {
+            upper
+        } else if x > lower {
+            x
+        } else {
+            lower // NaN, too
+        }
     }
 }
 
-/// Column of `B`: (thrust, roll, pitch, yaw) for each newton of the rotor.
-fn effect(rotor: &Rotor) -> Vec4 {
-    let Vec3 { x, y, .. } = rotor.position_body;
-    let reaction = match rotor.spin {
-        Spin::Clockwise => rotor.torque_ratio,
-        Spin::Anticlockwise => -rotor.torque_ratio,
-    };
-    Vec4::new(1.0, y, -x, reaction)
-}
-
 /// The largest entry of each row of `B`, or 1 for a row of zeros.
-fn row_scale(geometry: &RotorGeometry) -> DVec4 {
-    let largest =
-        geometry.rotors.iter().map(|rotor| effect(rotor).abs()).fold(Vec4::ZERO, Vec4::max);
-    Vec4::select(largest.cmpgt(Vec4::ZERO), largest, Vec4::ONE).as_dvec4()
+fn row_scale(columns: impl Iterator<Item = DVec4>) -> DVec4 {
+    let largest = columns.map(|column| column.abs()).fold(DVec4::ZERO, DVec4::max);
+    DVec4::select(largest.cmpgt(DVec4::ZERO), largest, DVec4::ONE)
 }
 
-/// `G^-1` of the row-scaled `G = B B^T`.
-fn inverse_gram(geometry: &RotorGeometry, scale: DVec4) -> Result<DMat4, ConfigError> {
+/// `G^-1` of `G = B B^T` with scaled columns.
+fn inverse_gram(columns: impl Iterator<Item = DVec4>) -> Result<DMat4, ConfigError> {
     let mut gram = DMat4::ZERO;
-    for rotor in &geometry.rotors {
-        let v = effect(rotor).as_dvec4() / scale;
+    for v in columns {
         gram += DMat4::from_cols(v * v.x, v * v.y, v * v.z, v * v.w);
     }
     let mean = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z + gram.w_axis.w) / 4.0;
@@ -294,27 +356,6 @@ fn inverse_gram(geometry: &RotorGeometry, scale: DVec4) -> Result<DMat4, ConfigE
     let bound = Bound::AtLeast(INDEPENDENCE_MIN);
     require("rotors (independence)", independence as f32, bound, "thrust and three torques")?;
     Ok(gram.inverse())
-}
-
-fn require_rotor(rotor: &Rotor) -> Result<(), ConfigError> {
-    rotor.position_body.to_array().into_iter().try_for_each(|coordinate| {
-        require(
-            "rotors.position_body",
-            coordinate,
-            Bound::Inside(-100.0, 100.0),
-            "distance from the centre of mass, m",
-        )
-    })?;
-    let ratio = Bound::Inside(1e-6, 10.0);
-    require("rotors.torque_ratio", rotor.torque_ratio, ratio, "reaction torque per thrust, m")?;
-    let Interval { lower, upper } = rotor.thrust;
-    require("rotors.thrust.upper", upper, Bound::Inside(1e-3, 1e4), "thrust of one rotor, N")?;
-    require(
-        "rotors.thrust.lower",
-        lower,
-        Bound::Inside(0.0, 0.9 * upper),
-        "at most 0.9 of the upper limit",
-    )
 }
 
 #[cfg(test)]

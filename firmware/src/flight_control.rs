@@ -3,7 +3,9 @@
 //! Pure and free of formatting: the inputs are prepared by the state-input group, the outputs are
 //! copied to rotors and telemetry.
 
-use ctrl_core::allocation::{Allocator, Limited, RotorGeometry, RotorThrusts};
+use ctrl_core::allocation::{
+    Allocation, Limited, RotorGeometry, RotorThrusts, SizedAllocator, slabs,
+};
 use ctrl_core::controller::{
     AdaptiveController, AnyController, AnyControllerState, StepOutput, StepStatus,
     TrackingController,
@@ -19,6 +21,7 @@ use glam::Vec3;
 use link::Telemetry;
 
 use crate::state_sample::StateSample;
+use crate::vehicle::ROTORS;
 
 /// Inputs of one control period.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +48,8 @@ pub struct Outputs {
     pub thrusts: Option<RotorThrusts>,
     /// The wrench that was allocated to the rotors.
     pub wrench: Wrench,
+    /// The wrench that the rotors make of it: the same, unless their limits reduced it.
+    pub achieved: Wrench,
     /// Output of the law; the safe wrench while it does not run.
     pub step: StepOutput,
     /// Axes limited by the rotors.
@@ -70,7 +75,7 @@ pub struct FlightControl {
     law_state: AnyControllerState,
     supervisor: Supervisor,
     supervisor_state: SupervisorState,
-    allocator: Allocator,
+    allocator: SizedAllocator<{ slabs(ROTORS) }>,
     rate_filter: RateFilter,
     rate_filter_state: RateFilterState,
     /// The latest good sample, its rate filtered: held when one is missed, as the fixed step needs an input.
@@ -98,7 +103,7 @@ impl FlightControl {
             rate_filter,
             supervisor: Supervisor::new(supervisor)?,
             supervisor_state: SupervisorState::default(),
-            allocator: Allocator::new(geometry)?,
+            allocator: SizedAllocator::new(geometry)?,
             vehicle: None,
             status: StepStatus::empty(),
             tick: 0,
@@ -212,16 +217,16 @@ impl FlightControl {
         answer: Option<Result<Mode, Refusal>>,
     ) -> Outputs {
         let wrench = self.supervisor.gate(&self.supervisor_state, step.wrench);
-        let (thrusts, limited) = match mode {
+        let (thrusts, achieved, limited) = match mode {
             Mode::Flying | Mode::Failsafe => {
-                let (thrusts, limited) = self.allocator.allocate(&wrench);
-                (Some(thrusts), limited)
+                let Allocation { thrusts, achieved, limited } = self.allocator.allocate(&wrench);
+                (Some(thrusts), achieved, limited)
             }
-            Mode::Disarmed | Mode::Armed | Mode::Locked => (None, Limited::empty()),
+            Mode::Disarmed | Mode::Armed | Mode::Locked => (None, SAFE, Limited::empty()),
         };
         let cause = self.supervisor_state.cause();
         let flight_tick = self.flight_tick;
-        Outputs { thrusts, wrench, step, limited, mode, cause, answer, flight_tick }
+        Outputs { thrusts, wrench, achieved, step, limited, mode, cause, answer, flight_tick }
     }
 }
 

@@ -101,7 +101,7 @@ fn the_law_flies_on_the_filtered_rate_of_every_good_sample() {
 #[test]
 fn the_rotors_make_the_wrench_of_the_law() {
     let config = &VEHICLE;
-    let allocator = Allocator::new(&config.geometry).unwrap();
+    let allocator = ctrl_core::allocation::Allocator::new(&config.geometry).unwrap();
     let law = law();
     let mut state = law.initial_state();
     let mut flight = flying();

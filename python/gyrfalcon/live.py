@@ -15,7 +15,7 @@ import json
 import os
 import time
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from types import TracebackType
 from typing import Any, Final
 
@@ -276,7 +276,7 @@ class Foxglove(_Viewer):
         return messages.SceneUpdate(entities=entities)
 
 
-def _schema(names: Iterable[str]) -> Mapping[str, Any]:
+def _schema(names: Iterable[str]) -> dict[str, Any]:
     """JSON schema of a message of numbers."""
     properties = {name: {"type": "number"} for name in ("time", *names)}
     return {"type": "object", "properties": properties}

@@ -170,7 +170,7 @@ def test_a_demand_ends_the_campaign_and_is_the_programs(tmp_path: Path, program:
     # 0.98^n <= 0.025.
     assert evidence["runs"] == len(result.to_pandas()) == 183
     (tmp_path / "stop.toml").write_text(STOP)
-    command = [program, "campaign", "stop.toml", "--quiet", "--out", "program"]
+    command = [str(program), "campaign", "stop.toml", "--quiet", "--out", "program"]
     subprocess.run(command, cwd=tmp_path, check=True)
     table = tmp_path / "program" / "stop" / "runs.csv"
     assert table.read_bytes() == result.table.read_bytes()

@@ -11,7 +11,7 @@ use crate::elf::Image;
 use crate::estimator::{Cost, IMAGE};
 use crate::measurement::{Measurement, prepare};
 use crate::step_image::CONTROLLERS;
-use crate::{c_library, filter, firmware, image_stack, step_image};
+use crate::{allocation, c_library, filter, firmware, image_stack, step_image};
 
 const FILE: &str = "budgets.toml";
 /// RAM of the board that `memory.x` gives the linker (B).
@@ -75,6 +75,7 @@ fn measure() -> Result<Vec<Row>> {
         rows.extend(controller_rows(controller, &measurement));
     }
     rows.extend(estimator_rows()?);
+    rows.extend(allocation_rows()?);
     rows.extend(filter_rows()?);
     rows.extend(c_library::cost_rows()?);
     rows.extend(firmware_rows()?);
@@ -124,6 +125,22 @@ pub fn print_filter() -> Result<()> {
 pub fn print_estimator() -> Result<()> {
     step_image::build()?;
     Cost::take()?.print();
+    Ok(())
+}
+
+/// Costs of the allocation; [`prepare`] has built its image.
+fn allocation_rows() -> Result<Vec<Row>> {
+    let cost = allocation::Cost::take()?;
+    cost.print();
+    let subject = allocation::IMAGE;
+    let row = |(quantity, unit, value)| Row { subject, quantity, unit, value };
+    Ok(cost.quantities().into_iter().map(row).collect())
+}
+
+/// Builds the allocation's image and prints its costs.
+pub fn print_allocation() -> Result<()> {
+    step_image::build()?;
+    allocation::Cost::take()?.print();
     Ok(())
 }
 

@@ -5,7 +5,7 @@ use anyhow::{Result, ensure};
 use crate::call_graph::CallGraph;
 use crate::sources::Sources;
 use crate::step_image::{CONTROLLERS, NONE, STEP, StepImage};
-use crate::{estimator, filter};
+use crate::{allocation, estimator, filter};
 
 /// Parts of function names, and why a step must not reach such a function.
 const FORBIDDEN: [(&str, &str); 10] = [
@@ -25,7 +25,7 @@ const FORBIDDEN: [(&str, &str); 10] = [
 const SOFT_ENDINGS: [&str; 10] =
     ["df3", "df2", "sf3", "sf2", "dfsi", "sfsi", "sidf", "sisf", "dfdi", "sfdi"];
 
-/// Copies of the estimator's arrays, of fixed sizes, which its functions may reach.
+/// Copies of arrays of fixed sizes, which estimator and allocation may reach.
 const COPIES: [&str; 2] = ["__aeabi_mem", "mem::mem"];
 
 /// Reason that the step must not reach a function of this name, if there is one.
@@ -92,17 +92,18 @@ pub fn check_all() -> Result<()> {
     detects_bad_code()?;
     let steps = CONTROLLERS.map(|controller| (controller, STEP));
     let estimator = estimator::FUNCTIONS.map(|function| (estimator::IMAGE, function));
-    let filter = [(filter::IMAGE, filter::FUNCTION)];
-    for (name, function) in steps.into_iter().chain(estimator).chain(filter) {
+    let rootless = [(filter::IMAGE, filter::FUNCTION), (allocation::IMAGE, allocation::FUNCTION)];
+    for (name, function) in steps.into_iter().chain(estimator).chain(rootless) {
         let image = StepImage::open_at(name, function)?;
         let size = image.graph.code_size();
         println!("{name}, {function}: {size} B of code in");
         for node in image.graph.nodes() {
             println!("  {}", node.function.name);
         }
-        let allowed: &[&str] = if name == estimator::IMAGE { &COPIES } else { &[] };
-        let sources = Sources::open(&image.path)?;
-        let faults = faults(&image.graph, &sources, allowed, name == filter::IMAGE)?;
+        let copies = [estimator::IMAGE, allocation::IMAGE].contains(&name);
+        let allowed: &[&str] = if copies { &COPIES } else { &[] };
+        let without_root = rootless.iter().any(|(rootless, _)| *rootless == name);
+        let faults = faults(&image.graph, &Sources::open(&image.path)?, allowed, without_root)?;
         faults.iter().for_each(|fault| println!("  ! {fault}"));
         good &= faults.is_empty();
         match image.graph.stack(&image.image) {

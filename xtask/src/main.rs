@@ -1,5 +1,6 @@
 //! `cargo xtask`: the project's checks and measurements, from any folder of the repository.
 
+mod allocation;
 mod budgets;
 mod c_library;
 mod call_graph;
@@ -42,6 +43,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
                 limits to what was measured
   estimator     instructions, memory and stack of the estimator alone
+  allocation    instructions, memory and stack of the allocation alone
   filter        instructions, memory and stack of the filters of the body rate
   c-library [header | cost | install PREFIX [TARGET]]
                 build the C library and check it, from the header to tests in C; `header` generates the
@@ -79,6 +81,7 @@ fn run() -> Result<()> {
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),
         ["estimator"] => budgets::print_estimator(),
+        ["allocation"] => budgets::print_allocation(),
         ["filter"] => budgets::print_filter(),
         ["firmware"] => budgets::print_firmware(),
         ["c-library"] => c_library::check(),

@@ -10,17 +10,17 @@ fn quad_x() -> Allocator {
     Allocator::new(&RotorGeometry::quad_x(0.2, 0.016, LIMITS)).unwrap()
 }
 
+const ALTERNATING: [Spin; 8] = {
+    use Spin::{Anticlockwise as A, Clockwise as C};
+    [C, A, C, A, C, A, C, A]
+};
+
 fn hexarotor() -> RotorGeometry {
-    let rotors = (0..6).map(|i| {
-        let (sin, cos) = libm::sincosf(i as f32 * core::f32::consts::FRAC_PI_3);
-        Rotor {
-            position_body: Vec3::new(0.3 * cos, 0.3 * sin, 0.02),
-            spin: if i % 2 == 0 { Spin::Clockwise } else { Spin::Anticlockwise },
-            torque_ratio: 0.02,
-            thrust: LIMITS,
-        }
-    });
-    RotorGeometry { rotors: List::taking(rotors) }
+    RotorGeometry::ring(&ALTERNATING[..6], 0.3, 0.0, 0.02, LIMITS)
+}
+
+fn octorotor() -> RotorGeometry {
+    RotorGeometry::ring(&ALTERNATING, 0.3, 0.2, 0.02, LIMITS)
 }
 
 fn wrench(thrust: f32, x: f32, y: f32, z: f32) -> Wrench {
@@ -35,7 +35,7 @@ fn assert_close(a: &Wrench, b: &Wrench) {
 #[test]
 fn each_axis_of_the_quad_x_drives_the_rotors_that_it_should() {
     // Front left, rear left, rear right, front right.
-    let thrusts = |w| quad_x().allocate(&w).0;
+    let thrusts = |w| quad_x().allocate(&w).thrusts;
     assert_eq!(*thrusts(wrench(8.0, 0.0, 0.0, 0.0)), [2.0; 4]);
     // Positive roll torque lifts the left (body +y), positive pitch torque the rear (body -x).
     let signs =
@@ -49,7 +49,7 @@ fn each_axis_of_the_quad_x_drives_the_rotors_that_it_should() {
 #[test]
 fn the_quad_plus_rolls_with_its_side_rotors_only() {
     let geometry = RotorGeometry::quad_plus(0.25, 0.016, LIMITS);
-    let (thrusts, limited) =
+    let Allocation { thrusts, limited, .. } =
         Allocator::new(&geometry).unwrap().allocate(&wrench(4.0, 0.1, 0.0, 0.0));
     assert_eq!(limited, Limited::empty());
     for (thrust, expected) in thrusts.iter().zip([1.0, 1.2, 1.0, 0.8]) {
@@ -60,7 +60,7 @@ fn the_quad_plus_rolls_with_its_side_rotors_only() {
 #[test]
 fn yaw_gives_way_first() {
     let command = wrench(14.0, 0.1, 0.05, 0.2);
-    let (thrusts, limited) = quad_x().allocate(&command);
+    let Allocation { thrusts, limited, .. } = quad_x().allocate(&command);
     let made = quad_x().wrench(&thrusts);
     assert_eq!(limited, Limited::YAW);
     assert!(made.torque_body.z > 0.0 && made.torque_body.z < 0.2);
@@ -70,20 +70,20 @@ fn yaw_gives_way_first() {
 
 #[test]
 fn thrust_gives_way_to_roll_and_pitch() {
-    let (thrusts, limited) = quad_x().allocate(&wrench(16.0, 0.3, -0.1, 0.0));
+    let Allocation { thrusts, limited, .. } = quad_x().allocate(&wrench(16.0, 0.3, -0.1, 0.0));
     let made = quad_x().wrench(&thrusts);
     assert_eq!(limited, Limited::THRUST);
     assert!(made.thrust < 16.0 && made.thrust > 12.0);
     assert_close(&made, &wrench(made.thrust, 0.3, -0.1, 0.0));
     // At the lower end it is raised instead.
-    let (thrusts, limited) = quad_x().allocate(&wrench(0.0, 0.3, 0.0, 0.0));
+    let Allocation { thrusts, limited, .. } = quad_x().allocate(&wrench(0.0, 0.3, 0.0, 0.0));
     assert_eq!(limited, Limited::THRUST);
     assert_close(&quad_x().wrench(&thrusts), &wrench(0.4 + 0.3 / 0.141_421_36, 0.3, 0.0, 0.0));
 }
 
 #[test]
 fn roll_and_pitch_keep_their_direction_when_nothing_makes_room() {
-    let (thrusts, limited) = quad_x().allocate(&wrench(8.0, 4.0, 2.0, 0.1));
+    let Allocation { thrusts, limited, .. } = quad_x().allocate(&wrench(8.0, 4.0, 2.0, 0.1));
     let torque = quad_x().wrench(&thrusts).torque_body;
     assert!(limited.contains(Limited::ROLL_PITCH | Limited::YAW));
     assert!((torque.x / torque.y - 2.0).abs() < 1e-4, "{torque}");
@@ -96,19 +96,108 @@ fn roll_and_pitch_keep_their_direction_when_nothing_makes_room() {
 fn a_wrench_that_is_not_finite_gives_the_lower_limits() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         for command in [wrench(bad, 0.0, 0.0, 0.0), wrench(8.0, 0.0, bad, 0.0)] {
-            let (thrusts, limited) = quad_x().allocate(&command);
+            let Allocation { thrusts, limited, .. } = quad_x().allocate(&command);
             assert_eq!((&*thrusts, limited), ([0.1; 4].as_slice(), Limited::INVALID));
         }
     }
 }
 
 #[test]
-fn throttle_is_the_root_of_the_thrust_within_zero_and_one() {
-    for (thrust, expected) in [(0.0, 0.0), (1.0, 0.5), (4.0, 1.0), (9.0, 1.0), (-1.0, 0.0)] {
-        assert_eq!(throttle(thrust, 4.0), expected);
+fn full_roll_of_a_hexarotor_is_not_given_up_for_yaw() {
+    let allocator = Allocator::new(&hexarotor()).unwrap();
+    let Allocation { thrusts, achieved, limited } =
+        allocator.allocate(&wrench(12.0, 9.0, 0.0, 0.1));
+    // Left (body +y) at most, right at least; front and rear, on the roll axis, are free for the rest.
+    let lever = 0.3 * libm::sinf(core::f32::consts::FRAC_PI_3);
+    assert!((achieved.torque_body.x - 2.0 * lever * (LIMITS.upper - LIMITS.lower)).abs() < 1e-5);
+    assert!(achieved.torque_body.y.abs() < 1e-5);
+    assert!(limited.contains(Limited::ROLL_PITCH));
+    for (index, limit) in
+        [(1, LIMITS.upper), (2, LIMITS.upper), (4, LIMITS.lower), (5, LIMITS.lower)]
+    {
+        assert!((thrusts[index] - limit).abs() < 1e-5, "{thrusts:?}");
     }
-    assert_eq!(throttle(f32::NAN, 4.0), 0.0);
-    assert_eq!(throttle(0.0, 0.0), 0.0);
+}
+
+#[test]
+fn redundant_rotors_take_what_least_squares_would_ask_of_one() {
+    let allocator = Allocator::new(&octorotor()).unwrap();
+    let mut beyond = 0;
+    for index in 0..40 {
+        let (roll, yaw) = (1.4 + 0.01 * index as f32, 0.002 * index as f32);
+        let command = wrench(18.0, roll, 0.3, yaw);
+        let wanted = Vec4::new(18.0, roll, 0.3, yaw);
+        let least_squares = |channel: &Channel| channel.limits.contains(channel.share.dot(wanted));
+        beyond += u32::from(!allocator.channels.iter().all(least_squares));
+        let Allocation { thrusts, achieved, limited } = allocator.allocate(&command);
+        assert_eq!(limited, Limited::empty(), "{command:?}");
+        assert_close(&achieved, &command);
+        assert_close(&allocator.wrench(&thrusts), &command);
+    }
+    assert!(beyond > 10, "{beyond}");
+}
+
+#[test]
+fn a_failed_rotor_gives_nothing_and_the_others_make_its_part() {
+    for index in 0..8 {
+        let failed = RotorSet::rotor(index);
+        let allocator = Allocator::without(&octorotor(), failed).unwrap();
+        let command = wrench(14.0, 0.2, -0.3, 0.02);
+        let Allocation { thrusts, achieved, limited } = allocator.allocate(&command);
+        assert_eq!((thrusts[index], thrusts.len()), (0.0, 8));
+        assert_eq!((achieved, limited), (command, Limited::empty()));
+        assert_close(&allocator.wrench(&thrusts), &command);
+        assert_eq!(allocator.allocate(&wrench(f32::NAN, 0.0, 0.0, 0.0)).thrusts[index], 0.0);
+    }
+}
+
+#[test]
+fn without_a_rotor_an_alternating_hexarotor_keeps_tilt_and_thrust_and_gives_up_yaw() {
+    let allocator = Allocator::without(&hexarotor(), RotorSet::FIRST).unwrap();
+    let command = wrench(9.0, 0.1, -0.1, 0.0);
+    let Allocation { achieved, limited, .. } = allocator.allocate(&command);
+    assert_eq!(limited, Limited::YAW);
+    let yaw = achieved.torque_body.z;
+    assert_close(&achieved, &wrench(9.0, 0.1, -0.1, yaw));
+    assert!(yaw.abs() > 1e-4, "{achieved:?}");
+}
+
+#[test]
+fn a_small_allocator_gives_the_same_bits() {
+    let small =
+        SizedAllocator::<{ slabs(4) }>::new(&RotorGeometry::quad_x(0.2, 0.016, LIMITS)).unwrap();
+    for command in [wrench(8.0, 0.1, 0.0, 0.0), wrench(15.0, 0.4, -0.3, 0.2)] {
+        assert_eq!(small.allocate(&command), quad_x().allocate(&command));
+    }
+}
+
+#[test]
+fn too_few_rotors_are_refused() {
+    let refused = |geometry: &RotorGeometry, failed| {
+        Allocator::without(geometry, failed).unwrap_err().parameter
+    };
+    let quad = RotorGeometry::quad_x(0.2, 0.016, LIMITS);
+    assert_eq!(refused(&quad, RotorSet::FIRST), "rotors (count)");
+    // Both of one side of an octorotor and their neighbours.
+    let failed = RotorSet::from_bits_retain(0b1111);
+    assert_eq!(refused(&octorotor(), failed), "rotors (tilt torque)");
+    let small = SizedAllocator::<{ slabs(4) }>::new(&octorotor()).unwrap_err();
+    assert_eq!(small.parameter, "rotors (facets)");
+    assert_eq!(RotorSet::rotor(8), RotorSet::empty());
+    assert_eq!(RotorSet::rotor(usize::MAX), RotorSet::empty());
+}
+
+#[test]
+fn the_limits_follow_the_supply_and_hostile_ones_do_not_break_them() {
+    let full = wrench(16.0, 0.0, 0.0, 0.0);
+    for (supply, expected) in [(1.0, 4.0), (0.81, 3.24), (1.1, 4.0), (0.0, 0.4), (f32::NAN, 0.4)] {
+        let thrusts = quad_x().allocate_at(&full, supply).thrusts;
+        assert!(thrusts.iter().all(|thrust| (thrust - expected).abs() < 1e-5), "{thrusts:?}");
+    }
+    // What the rotors can make at either supply is the same.
+    let command = wrench(8.0, 0.1, -0.2, 0.02);
+    let made = quad_x().wrench(&quad_x().allocate_at(&command, 0.9).thrusts);
+    assert_close(&made, &command);
 }
 
 /// The parameter that a geometry is refused for, after `change` to the quad-X.
@@ -150,7 +239,7 @@ fn refuses_each_field_out_of_range() {
     let shifted = |rotors: &mut List<Rotor, 8>| {
         rotors.iter_mut().for_each(|rotor| rotor.position_body.x += 0.2);
     };
-    assert_eq!(refused(shifted), "rotors (share of the thrust)");
+    assert_eq!(refused(shifted), "rotors (tilt torque)");
 }
 
 proptest! {
@@ -160,7 +249,7 @@ proptest! {
     ) {
         // A quad's rotors and wrench determine each other.
         let command = quad_x().wrench(&thrusts);
-        let (back, _) = quad_x().allocate(&command);
+        let back = quad_x().allocate(&command).thrusts;
         for (a, b) in back.iter().zip(thrusts) {
             prop_assert!((a - b).abs() < 2e-5, "{:?} {:?}", back, thrusts);
         }
@@ -171,7 +260,7 @@ proptest! {
         thrust in 9.0f32..15.0, x in -0.5f32..0.5, y in -0.5f32..0.5, z in -0.05f32..0.05
     ) {
         let allocator = Allocator::new(&hexarotor()).unwrap();
-        let (thrusts, limited) = allocator.allocate(&wrench(thrust, x, y, z));
+        let Allocation { thrusts, limited, .. } = allocator.allocate(&wrench(thrust, x, y, z));
         prop_assert_eq!(limited, Limited::empty());
         assert_close(&allocator.wrench(&thrusts), &wrench(thrust, x, y, z));
     }
@@ -182,9 +271,9 @@ proptest! {
         shrink in prop_oneof![Just(1.0f32), Just(1e-2)]
     ) {
         let command = wrench(thrust * shrink, x * shrink, y * shrink, z * shrink);
-        for geometry in [RotorGeometry::quad_x(0.2, 0.016, LIMITS), hexarotor()] {
+        for geometry in [RotorGeometry::quad_x(0.2, 0.016, LIMITS), hexarotor(), octorotor()] {
             let allocator = Allocator::new(&geometry).unwrap();
-            let (thrusts, limited) = allocator.allocate(&command);
+            let Allocation { thrusts, limited, .. } = allocator.allocate(&command);
             prop_assert!(thrusts.iter().all(|f| LIMITS.contains(*f)));
             let made = allocator.wrench(&thrusts);
             let (got, asked) = (made.torque_body, command.torque_body);
@@ -198,14 +287,20 @@ proptest! {
             if !limited.contains(Limited::THRUST) {
                 prop_assert!((made.thrust - command.thrust).abs() < 1e-4 * (1.0 + made.thrust));
             }
-            prop_assert!(got.z * asked.z >= -1e-5, "yaw never turns round: {:?}", made);
+            // Full roll and pitch of a hexarotor leave no choice of yaw.
+            let quad = geometry.rotors.len() == 4;
+            prop_assert!(!quad || got.z * asked.z >= -1e-5, "yaw never turns round: {:?}", made);
         }
     }
 
     #[test]
     fn no_bit_pattern_breaks_a_limit(bits in proptest::array::uniform4(any::<u32>())) {
         let [f, x, y, z] = bits.map(f32::from_bits);
-        let (thrusts, _) = quad_x().allocate(&wrench(f, x, y, z));
-        prop_assert!(thrusts.iter().all(|f| LIMITS.contains(*f)), "{:?}", thrusts);
+        let octorotor = Allocator::new(&octorotor()).unwrap();
+        for allocator in [quad_x(), octorotor] {
+            let Allocation { thrusts, achieved, .. } = allocator.allocate(&wrench(f, x, y, z));
+            prop_assert!(thrusts.iter().all(|f| LIMITS.contains(*f)), "{:?}", thrusts);
+            prop_assert!(achieved.thrust.is_finite() && achieved.torque_body.is_finite());
+        }
     }
 }

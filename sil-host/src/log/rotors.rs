@@ -24,7 +24,7 @@ impl Rotors {
         let mut controls = [f32::NAN; MOTORS];
         let wrench = &tick.output.wrench;
         if wrench.thrust > 0.0 {
-            let (thrusts, _) = self.allocator.allocate(wrench);
+            let thrusts = self.allocator.allocate(wrench).thrusts;
             let rotors = self.geometry.rotors.iter().zip(&thrusts);
             for (control, (rotor, thrust)) in controls.iter_mut().zip(rotors) {
                 *control = thrust / rotor.thrust.upper;

@@ -5,6 +5,7 @@
 //! Every record names its words once, in [`Record::visit`], for reading and writing alike.
 #![no_std]
 
+pub mod allocation;
 pub mod estimator;
 pub mod filter;
 

@@ -1,0 +1,40 @@
+//! The allocation alone: wrenches that host and image both allocate, to three vehicles.
+#![no_std]
+#![no_main]
+
+use core::mem::size_of;
+
+use cortex_m_rt::entry;
+use cortex_m_semihosting::debug;
+use ctrl_core::allocation::{Allocation, Allocator};
+use ctrl_core::vehicle::Wrench;
+use step_image::{Output, refuse};
+use step_record::Closing;
+use step_record::allocation::{AllocationAnswer, VEHICLES, commands, geometry};
+
+#[unsafe(no_mangle)]
+#[inline(never)]
+fn allocation_allocate(allocator: &Allocator, wrench: &Wrench) -> Allocation {
+    allocator.allocate(wrench)
+}
+
+#[entry]
+fn main() -> ! {
+    let mut output = Output::create();
+    for vehicle in 0..VEHICLES {
+        let geometry = core::hint::black_box(geometry(vehicle));
+        let Ok(allocator) = Allocator::new(&geometry) else { refuse() };
+        for wrench in commands(geometry.rotors.len()) {
+            let allocation = allocation_allocate(&allocator, &core::hint::black_box(wrench));
+            output.record(AllocationAnswer::new(&allocation));
+        }
+    }
+    output.record(Closing {
+        stack: 0,
+        controller_size: size_of::<Allocator>() as u32,
+        state_size: 0,
+    });
+    output.close();
+    debug::exit(debug::EXIT_SUCCESS);
+    refuse()
+}
