@@ -24,6 +24,7 @@ from ._core import (
     __version__,
     built_in_campaigns,
     built_in_scenarios,
+    failure_probability,
 )
 from .campaigns import CampaignResult, Proposal, campaign, merge, tune
 from .errors import CampaignError, ConfigError, GyrfalconError, InfeasibleError, ScenarioError
@@ -59,6 +60,7 @@ __all__ = [
     "built_in_campaigns",
     "built_in_scenarios",
     "campaign",
+    "failure_probability",
     "merge",
     "run",
     "tune",

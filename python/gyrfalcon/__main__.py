@@ -7,6 +7,7 @@ Exit status: 0 no guarantee was violated, 1 one was, 2 wrong usage or definition
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -25,6 +26,8 @@ def main(words: Sequence[str] | None = None) -> int:
     except OSError as error:
         return _failed(error, 3)
     print(result)
+    for variant, evidence in result.evidence.items():
+        print(f"{variant}: {json.dumps(evidence)}")
     return 0 if result.passed else 1
 
 
@@ -34,7 +37,7 @@ def _fly(arguments: argparse.Namespace) -> CampaignResult:
         "set": dict(_change(change) for change in arguments.set),
         "runs": arguments.runs,
         "first_seed": arguments.first_seed,
-        "progress": None if arguments.quiet else _show,
+        "progress": not arguments.quiet,
     }
     if arguments.ray is None:
         return campaign(arguments.campaign, **options)
@@ -61,10 +64,6 @@ def _change(text: str) -> tuple[str, Any]:
         return path, ast.literal_eval(value)
     except (ValueError, SyntaxError):
         return path, value
-
-
-def _show(done: int, total: int) -> None:
-    print(f"\r{done} of {total} runs", end="\n" if done == total else "", file=sys.stderr, flush=True)
 
 
 def _failed(error: BaseException, status: int) -> int:

@@ -164,8 +164,10 @@ class Campaign:
         shard: str = "1/1",
         threads: int | None = None,
         restart: bool = False,
-        progress: Callable[[int, int], object] | None = None,
+        progress: Callable[[int, int, int], object] | None = None,
     ) -> str: ...
+    @property
+    def is_adaptive(self) -> bool: ...
     @property
     def name(self) -> str: ...
     @property
@@ -174,6 +176,7 @@ class Campaign:
 def merge_shards(
     directories: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str]
 ) -> str: ...
+def failure_probability(violated: int, runs: int) -> tuple[float, float, float] | None: ...
 def built_in_campaigns() -> list[str]: ...
 def toml_value(value: Any) -> str: ...
 def tune_gains(
@@ -187,7 +190,7 @@ def tune_gains(
     attitude_range: float | None = None,
     phase_margin: float | None = None,
     fly_check: bool = True,
-    progress: Callable[[int, int], object] | None = None,
+    progress: Callable[[int, int, int], object] | None = None,
 ) -> tuple[str, str, str]: ...
 def run(
     scenario: Scenario,
@@ -198,6 +201,8 @@ def run(
     disturbance: Callable[..., Any] | None = None,
     monitors: Sequence[Any] = ...,
     progress: Callable[[int, int], object] | None = None,
+    watch: Callable[[Tick], object] | None = None,
+    watch_every: int = 10,
 ) -> FlightRecord: ...
 def facing(
     motion: ArrayLike, yaw: float, yaw_rate: float, yaw_acceleration: float

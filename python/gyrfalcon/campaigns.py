@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _core
 from ._core import Scenario
+from .progress import Progress, report
 
 if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
-
-Progress = Callable[[int, int], object]
-"""Called with the runs that are flown and the runs in all, a few times a second."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +36,17 @@ class CampaignResult:
         return bool(self.summary["passed"])
 
     @property
+    def evidence(self) -> Mapping[str, Mapping[str, Any]]:
+        """By variant: the decision about the demand of `[stop]`, or the probability by `[splitting]`."""
+        found = {it["name"]: it.get("evidence") or it.get("rare") for it in self.summary["variants"]}
+        return {name: evidence for name, evidence in found.items() if evidence is not None}
+
+    @property
     def table(self) -> Path:
-        """The table of runs, CSV: a row per run and variant; `docs/campaign.md` defines its columns."""
-        return self.directory / "runs.csv"
+        """The table of runs, CSV: a row per run and variant, or per flight of `[splitting]`; `docs/campaign.md` and
+        `docs/campaign-evidence.md` define the columns."""
+        flights = self.directory / "flights.csv"
+        return flights if flights.exists() else self.directory / "runs.csv"
 
     def to_arrow(self) -> pa.Table:
         """The table as Arrow; needs pyarrow."""
@@ -97,7 +103,7 @@ def campaign(
     shard: str = "1/1",
     threads: int | None = None,
     restart: bool = False,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> CampaignResult:
     """Flies a campaign on all cores; results that are there are continued.
 
@@ -109,7 +115,11 @@ def campaign(
         shard: share of the runs, "i/n"; `merge` joins the shares to the bytes of the whole.
         threads: worker threads, one per core unless given.
         restart: overwrite results instead of continuing them.
-        progress: called with the runs that are flown and the runs in all.
+        progress: called with the runs that are flown and the runs in all; True shows a bar with rate, time left and
+            violations.
+
+    A definition with `[stop]` ends when its demand is decided, one with `[splitting]` estimates a rare violation
+    (`docs/campaign-evidence.md`): see `CampaignResult.evidence`.
 
     KeyboardInterrupt ends it after the runs in the air; the next call continues it.
 
@@ -119,7 +129,8 @@ def campaign(
         OSError: results cannot be written.
     """
     opened = definition_of(definition, set=set, runs=runs, first_seed=first_seed)
-    summary = opened.fly(out, shard=shard, threads=threads, restart=restart, progress=progress)
+    told = report(progress, opened.name)
+    summary = opened.fly(out, shard=shard, threads=threads, restart=restart, progress=told)
     return _result(summary)
 
 
@@ -173,7 +184,7 @@ def tune(
     attitude_range: float | None = None,
     phase_margin: float | None = None,
     check: bool = True,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> Proposal:
     """Proposes gains for a vehicle file or a scenario; `docs/tune.md` derives the method.
 
@@ -186,7 +197,7 @@ def tune(
         attitude_range: attitude error up to which the torque suffices (rad).
         phase_margin: least phase margin behind rotors that lag or delay (deg).
         check: fly a small campaign over the corners of the vehicle.
-        progress: called with the runs of the check that are flown and the runs in all.
+        progress: called with the runs of the check that are flown and the runs in all; True shows a bar.
 
     Raises:
         ScenarioError: a value that cannot be read or is out of its range.
@@ -202,6 +213,6 @@ def tune(
         attitude_range=attitude_range,
         phase_margin=phase_margin,
         fly_check=check,
-        progress=progress,
+        progress=report(progress, "check"),
     )
     return Proposal(Scenario.parse(scenario, "tuned"), report, json.loads(details))

@@ -18,8 +18,9 @@ from typing import Any
 import ray
 
 from . import _core
-from .campaigns import CampaignResult, Progress, definition_of, merge
+from .campaigns import CampaignResult, definition_of, merge
 from .errors import CampaignError
+from .progress import Progress, Report, report
 
 FILES = ("runs.csv", "campaign.toml")
 """Files of a share that the join reads; all others follow from them."""
@@ -29,18 +30,19 @@ LOOK = 0.3
 
 
 class Counter:
-    """Number of runs flown per shard; an actor of the cluster."""
+    """Number of runs flown per shard, and of those that violated a guarantee; an actor of the cluster."""
 
     def __init__(self) -> None:
-        self._done: dict[int, int] = {}
+        self._counts: dict[int, tuple[int, int]] = {}
 
-    def report(self, shard: int, done: int) -> None:
-        """Takes the number of runs that a shard has flown."""
-        self._done[shard] = done
+    def report(self, shard: int, done: int, violated: int) -> None:
+        """Takes the numbers of a shard."""
+        self._counts[shard] = (done, violated)
 
-    def done(self) -> int:
-        """The runs flown in all shards."""
-        return sum(self._done.values())
+    def counts(self) -> tuple[int, int]:
+        """The numbers of all shards."""
+        done, violated = zip(*self._counts.values(), strict=True) if self._counts else ((), ())
+        return sum(done), sum(violated)
 
 
 def fly_shard(
@@ -58,11 +60,11 @@ def fly_shard(
     scratch.mkdir(parents=True, exist_ok=True)
     told = -1
 
-    def progress(done: int, total: int) -> None:
+    def progress(done: int, total: int, violated: int) -> None:
         nonlocal told
         if done != told:
             told = done
-            counter.report.remote(number, done)
+            counter.report.remote(number, done, violated)
 
     # Nobody else on this node writes there, such as a first try that has not ended yet.
     with (scratch / f"{name}.lock").open("w") as lock:
@@ -89,7 +91,7 @@ def campaign(
     threads: int = 1,
     retries: int = 3,
     storage: str | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> CampaignResult:
     """Flies a campaign on a Ray cluster, a task per shard, and joins the shards below `out`.
 
@@ -102,17 +104,21 @@ def campaign(
         retries: how often a task whose worker dies begins again; on the same node it continues its shard.
         storage: folder or fsspec URL that all workers reach, for the files of finished shards, from which a
             later call goes on; without it they come back as bytes.
-        progress: called with the runs that are flown and the runs in all.
+        progress: called with the runs that are flown and the runs in all; True shows a bar with rate, time left and
+            violations in all shards.
 
     Returns the same bytes as `gyrfalcon.campaign`. KeyboardInterrupt cancels the tasks.
 
     Raises:
         ScenarioError: a fault of the definition, found before anything is sent.
+        CampaignError: the definition has `[stop]` or `[splitting]`, whose runs decide on the next.
         ray.exceptions.RayError: a task failed more than `retries` times.
     """
     if shards < 1 or threads < 1:
         raise ValueError(f"shards = {shards} and threads = {threads} must be at least 1")
     opened = definition_of(definition, set=set, runs=runs, first_seed=first_seed)
+    if opened.is_adaptive:
+        raise CampaignError("a campaign with [stop] or [splitting] is flown on one machine: use gyrfalcon.campaign")
     shards = min(shards, opened.runs)
     if not ray.is_initialized():
         ray.init(address=address, log_to_driver=False, include_dashboard=None if address else False)
@@ -125,7 +131,8 @@ def campaign(
         for number in range(1, shards + 1)
     ]
     try:
-        _wait(tasks, lambda: ray.get(counter.done.remote()), opened.runs, progress)
+        told = report(progress, opened.name)
+        _wait(tasks, lambda: ray.get(counter.counts.remote()), opened.runs, told)
         return _join(opened, tasks, shards, storage, Path(out))
     finally:
         for left in tasks:
@@ -134,7 +141,7 @@ def campaign(
 
 
 def _wait(
-    tasks: list[Any], done: Callable[[], int], total: int, progress: Progress | None
+    tasks: list[Any], counts: Callable[[], tuple[int, int]], total: int, progress: Report | None
 ) -> None:
     left = tasks
     while left:
@@ -142,7 +149,8 @@ def _wait(
         for task in ended:
             ray.get(task)  # A task that failed ends the campaign at once.
         if progress is not None:
-            progress(done() if left else total, total)
+            done, violated = counts()
+            progress(done if left else total, total, violated)
 
 
 def _join(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._core import Scenario, StepOutput
+from ._core import Scenario, StepOutput, Tick
 from .monitor import Monitor
 from .quantity import QUANTITIES
 from .verdict import Verdict, Verdicts
@@ -122,6 +122,8 @@ def run(
     disturbance: Disturbance | None = None,
     monitors: Sequence[Monitor] = (),
     progress: Callable[[int, int], object] | None = None,
+    watch: Callable[[Tick], object] | None = None,
+    watch_every: int = 10,
 ) -> Flight:
     """Flies a scenario before every monitor and keeps its columns in memory.
 
@@ -135,6 +137,9 @@ def run(
         disturbance: `(time, state) -> (acceleration, torque)` in place of the scenario's.
         monitors: monitors beside the built-in ones.
         progress: called with the ticks flown and the ticks in all, every 5,000 ticks.
+        watch: called with the first tick and every `watch_every`-th after it while the flight goes on, such as
+            a viewer of `gyrfalcon.live`.
+        watch_every: control ticks between two calls of `watch`.
 
     States are position (m), velocity (m/s), attitude w x y z, rate (rad/s, body). A controller receives
     float32, plant and disturbance receive float64. Results must be finite.
@@ -154,6 +159,8 @@ def run(
         disturbance=disturbance,
         monitors=list(monitors),
         progress=progress,
+        watch=watch,
+        watch_every=watch_every,
     )
     verdicts = Verdicts(Verdict(*row) for row in record.verdicts)
     return Flight(scenario, record.columns, verdicts)

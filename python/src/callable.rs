@@ -212,7 +212,7 @@ impl Monitor for CallableMonitor {
 /// One control tick of a flight: `tick[name]` is the value of a quantity of `QUANTITIES`.
 #[pyclass(frozen, module = "gyrfalcon")]
 pub struct Tick {
-    tick: sim::tick::Tick,
+    pub tick: sim::tick::Tick,
 }
 
 #[pymethods]

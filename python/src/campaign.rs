@@ -8,6 +8,7 @@ use std::time::Duration;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use sil_host::campaign::report::failure_probability::FailureProbability;
 use sil_host::campaign::{
     BuiltInCampaign, Campaign as Definition, CampaignError, CampaignOptions, CampaignOverrides,
     CampaignProgress, Shard, Summary, fly, merge,
@@ -69,6 +70,13 @@ impl Campaign {
         self.0.runs()
     }
 
+    /// True if each run decides on the next: with `[stop]` or `[splitting]` it cannot be shared.
+    #[getter]
+    fn is_adaptive(&self) -> bool {
+        let definition = self.0.definition();
+        definition.stop.is_some() || definition.splitting.is_some()
+    }
+
     /// Its definition as TOML, complete in itself: with the texts of all scenarios.
     fn to_toml(&self) -> String {
         self.0.text()
@@ -76,7 +84,8 @@ impl Campaign {
 
     /// Flies the missing runs of a share below `out` and returns its summary as JSON.
     ///
-    /// `progress` is called with the runs that are flown and the runs in all. KeyboardInterrupt ends it after
+    /// `progress` is called with the runs that are flown, the runs in all, and how many violated a guarantee
+    /// since the call began. KeyboardInterrupt ends it after
     /// the runs that are in the air; what is written is continued by the next call.
     #[pyo3(signature = (out, *, shard = "1/1", threads = None, restart = false, progress = None))]
     fn fly(
@@ -116,13 +125,15 @@ impl Campaign {
 struct Counter {
     total: AtomicU32,
     done: AtomicU32,
+    violated: AtomicU32,
     cancelled: AtomicBool,
 }
 
 impl Counter {
     fn show(&self, progress: &Bound<'_, PyAny>) -> PyResult<()> {
-        let (done, total) = (self.done.load(Ordering::Relaxed), self.total.load(Ordering::Relaxed));
-        progress.call1((done, total)).map(drop)
+        let [done, total, violated] =
+            [&self.done, &self.total, &self.violated].map(|count| count.load(Ordering::Relaxed));
+        progress.call1((done, total, violated)).map(drop)
     }
 }
 
@@ -132,7 +143,8 @@ impl CampaignProgress for Counter {
         self.done.store(before, Ordering::Relaxed);
     }
 
-    fn run_completed(&self, _: f64) {
+    fn run_completed(&self, _: f64, violated: bool) {
+        self.violated.fetch_add(u32::from(violated), Ordering::Relaxed);
         self.done.fetch_add(1, Ordering::Relaxed);
     }
 
@@ -184,6 +196,14 @@ fn watched<T: Send + 'static>(
 pub fn merge_shards(py: Python<'_>, directories: Vec<PathBuf>, out: PathBuf) -> PyResult<String> {
     let merged = py.detach(|| merge(&directories, &out));
     merged.map(|summary: Summary| summary.json()).map_err(|error| raise(py, &error))
+}
+
+/// Bounds of Clopper and Pearson on a probability from a count of independent draws: the two-sided interval at 95 %, and the
+/// one-sided upper bound; none without draws.
+#[pyfunction]
+pub fn failure_probability(violated: u64, runs: u64) -> Option<(f64, f64, f64)> {
+    let bounds = FailureProbability::observed(violated, runs)?;
+    Some((bounds.lower, bounds.upper, bounds.below))
 }
 
 /// Names of the built-in campaigns.

@@ -11,7 +11,6 @@ use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sim::closed_loop::{LawQuantities, ObservedController};
 
 use crate::arrays::{self, Singles, quaternion, vector};
 use crate::errors;
@@ -97,7 +96,7 @@ pub struct Controller {
     steps: u64,
     /// Time before them (s).
     elapsed: f32,
-    latest: Option<LawQuantities>,
+    latest: Option<Intermediates>,
 }
 
 #[pymethods]
@@ -116,9 +115,9 @@ impl Controller {
     /// finite gives the held output, with its bits in `status`.
     fn step(&mut self, state: Singles<'_>, reference: Singles<'_>) -> PyResult<StepOutput> {
         let (vehicle, reference) = (arrays::state(&state)?, arrays::reference(&reference)?);
-        let (output, quantities) =
-            self.law.step_with_quantities(&mut self.state, &vehicle, &reference);
-        self.latest = quantities;
+        let latest = self.latest.insert(Intermediates::default());
+        let output =
+            self.law.step_observed(&mut self.state, &vehicle, &reference, |seen| *latest = *seen);
         self.steps += u64::from(!output.status.contains(StepStatus::OUTPUT_HELD));
         Ok(StepOutput { output })
     }
@@ -155,7 +154,7 @@ impl Controller {
     fn intermediates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let latest = self.latest.as_ref();
         let latest = latest.ok_or_else(|| PyValueError::new_err("no step has been made"))?;
-        named_intermediates(py, &latest.intermediates)
+        named_intermediates(py, latest)
     }
 
     /// Point of resumption by name: estimates, auxiliary system and time since the first step (s).

@@ -25,7 +25,9 @@ mod _core {
     #[pymodule_export]
     use crate::callable::Tick;
     #[pymodule_export]
-    use crate::campaign::{Campaign, built_in_campaigns, merge_shards, tune_gains};
+    use crate::campaign::{
+        Campaign, built_in_campaigns, failure_probability, merge_shards, tune_gains,
+    };
     #[pymodule_export]
     use crate::controller::{Controller, StepOutput, facing};
     #[pymodule_export]

@@ -7,11 +7,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sim::closed_loop::{Flight, ObservedController};
 use sim::guarantee::{Guarantees, Requirement, Verdict};
+use sim::observer::Observer;
 use sim::plant::disturbance::DisturbanceSource;
 use sim::plant::vehicle::Plant;
 use sim::scenario::flight_with;
 
-use crate::callable::{CallableDisturbance, CallableMonitor, CallablePlant, Failure, Law};
+use crate::callable::{CallableDisturbance, CallableMonitor, CallablePlant, Failure, Law, Tick};
 use crate::errors;
 use crate::record::Recorder;
 use crate::scenario::Scenario;
@@ -65,7 +66,7 @@ fn verdict_row(verdict: &Verdict) -> VerdictRow {
 #[pyfunction]
 #[pyo3(signature = (
     scenario, *, every = 1, controller = None, plant = None, disturbance = None, monitors = Vec::new(),
-    progress = None
+    progress = None, watch = None, watch_every = 10
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub fn run(
@@ -77,9 +78,13 @@ pub fn run(
     disturbance: Option<Py<PyAny>>,
     monitors: Vec<Bound<'_, PyAny>>,
     progress: Option<&Bound<'_, PyAny>>,
+    watch: Option<&Bound<'_, PyAny>>,
+    watch_every: u64,
 ) -> PyResult<FlightRecord> {
-    if every == 0 {
-        return Err(PyValueError::new_err("every = 0 must be at least 1"));
+    for (name, value) in [("every", every), ("watch_every", watch_every)] {
+        if value == 0 {
+            return Err(PyValueError::new_err(format!("{name} = 0 must be at least 1")));
+        }
     }
     let (loaded, flown) = (&scenario.loaded, scenario.loaded.scenario());
     let failure = Failure::default();
@@ -110,6 +115,7 @@ pub fn run(
         failure: failure.clone(),
         callables: of_callables || !monitors.is_empty(),
         progress,
+        watch: watch.map(|callable| (callable, watch_every)),
         guarantees,
         recorder: Recorder::new(ticks, every),
     };
@@ -134,8 +140,20 @@ struct Session<'a, 'py> {
     /// Python takes part in every tick.
     callables: bool,
     progress: Option<&'a Bound<'py, PyAny>>,
+    /// Receives every so many ticks.
+    watch: Option<(&'a Bound<'py, PyAny>, u64)>,
     guarantees: Guarantees,
     recorder: Recorder,
+}
+
+/// The latest tick.
+#[derive(Debug, Default)]
+struct Latest(Option<sim::tick::Tick>);
+
+impl Observer for Latest {
+    fn observe(&mut self, tick: &sim::tick::Tick) {
+        self.0 = Some(*tick);
+    }
 }
 
 impl Session<'_, '_> {
@@ -163,7 +181,8 @@ impl Session<'_, '_> {
     }
 
     /// Flies to the end. Without callables in chunks without the interpreter's lock, and a signal ends the
-    /// flight between two; with callables tick by tick, and their first exception ends it.
+    /// flight between two; with callables tick by tick, and their first exception ends it. A chunk ends at
+    /// each tick that is watched, of which the first is one.
     fn fly<C, T, P, D>(
         self,
         py: Python<'_>,
@@ -176,10 +195,15 @@ impl Session<'_, '_> {
         P: Plant + Send,
         D: DisturbanceSource + Send,
     {
-        let Self { ticks, failure, callables, progress, guarantees, recorder } = self;
-        let mut observers = (guarantees, recorder);
+        let Self { ticks, failure, callables, progress, watch, guarantees, recorder } = self;
+        let mut observers = ((guarantees, recorder), watch.map(|_| Latest::default()));
         while flight.tick() < ticks {
-            let end = ticks.min(flight.tick() + CHUNK);
+            let chunk = match (watch, flight.tick()) {
+                (None, _) => CHUNK,
+                (Some(_), 0) => 1,
+                (Some((_, every)), _) => every,
+            };
+            let end = ticks.min(flight.tick() + chunk);
             if callables {
                 while flight.tick() < end {
                     flight.observe(1, &mut observers);
@@ -189,11 +213,16 @@ impl Session<'_, '_> {
                 py.detach(|| flight.observe(end - flight.tick(), &mut observers));
             }
             py.check_signals()?;
-            if let Some(progress) = progress {
+            if let Some(progress) = progress
+                && (flight.tick() % CHUNK < chunk || flight.tick() == ticks)
+            {
                 progress.call1((flight.tick(), ticks))?;
             }
+            if let (Some((watch, _)), Some(Latest(Some(tick)))) = (watch, &observers.1) {
+                watch.call1((Tick { tick: *tick },))?;
+            }
         }
-        let (guarantees, recorder) = observers;
+        let ((guarantees, recorder), _) = observers;
         let columns = recorder.into_arrays(py)?.unbind();
         Ok(FlightRecord { columns, verdicts: guarantees.verdicts() })
     }

@@ -143,3 +143,66 @@ def test_the_check_of_gains_can_be_ended() -> None:
 
     with pytest.raises(Enough):
         gyrfalcon.tune("paper-saturated", progress=enough)
+
+
+STOP = """
+name = "stop"
+description = "Masses."
+sampling = "monte_carlo"
+runs = 5000
+scenario = "paper-saturated"
+set = ["duration=0.05", "guarantees.settle_time=0.0", "guarantees.position_error_max=4.0",
+       "guarantees.attitude_error_max=3.2", "guarantees.tilt_error_max=3.2", "guarantees.heading_error_max=3.2"]
+
+[stop]
+failure_probability = 0.02
+
+[[vary]]
+path = "vehicle.mass"
+uniform = { lower = 0.75, upper = 0.95 }
+"""
+
+
+def test_a_demand_ends_the_campaign_and_is_the_programs(tmp_path: Path, program: Path) -> None:
+    result = gyrfalcon.campaign(STOP, out=tmp_path / "python")
+    evidence = result.evidence["paper-saturated"]
+    assert result.passed and evidence["decision"] == "demonstrated"
+    # 0.98^n <= 0.025.
+    assert evidence["runs"] == len(result.to_pandas()) == 183
+    (tmp_path / "stop.toml").write_text(STOP)
+    command = [str(program), "campaign", "stop.toml", "--quiet", "--out", "program"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    table = tmp_path / "program" / "stop" / "runs.csv"
+    assert table.read_bytes() == result.table.read_bytes()
+    with pytest.raises(CampaignError, match="cannot be shared"):
+        gyrfalcon.campaign(STOP, out=tmp_path, shard="1/2")
+
+
+def test_splitting_estimates_what_is_known_in_closed_form(tmp_path: Path) -> None:
+    text = """
+name = "rare"
+description = "Hover from an offset; 2 (1 - Phi(4.5)) = 6.8e-6 of the starts are more than a metre away."
+sampling = "monte_carlo"
+runs = 100000
+scenario = "hover-gusts"
+set = ["duration=0.01", "initial.position=[0.0, 0.0, 5.0]",
+       "guarantees.settle_time=0.0", "guarantees.position_error_max=1.0"]
+[splitting]
+guarantee = "position_error_after_settling"
+particles = 20
+[[vary]]
+path = "initial.position[0]"
+normal = { mean = 0.0, deviation = 0.2222222222222222 }
+"""
+    result = gyrfalcon.campaign(text, out=tmp_path)
+    rare = result.evidence["hover-gusts"]
+    assert rare["finished"] and rare["lower"] < 6.795e-6 < rare["upper"]
+    assert rare["upper"] < 4 * rare["lower"] and rare["flights"] < 60_000
+    table = result.to_pandas()
+    assert len(table) == rare["flights"] and set(table["walk"]) == {"kept", "left"}
+
+
+def test_a_bar_shows_statistics(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    gyrfalcon.campaign(TEXT, out=tmp_path, set=SHORT, progress=True)
+    shown = capsys.readouterr().err
+    assert "runs/s" in shown and "violated (below " in shown and shown.endswith("\n")

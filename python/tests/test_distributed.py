@@ -14,7 +14,7 @@ from typing import Any
 
 import gyrfalcon
 import pytest
-from gyrfalcon import ScenarioError
+from gyrfalcon import CampaignError, ScenarioError
 
 os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
 
@@ -127,6 +127,8 @@ def test_faults_are_found_before_anything_is_sent() -> None:
     assert (again.key, str(again)) == (caught.value.key, str(caught.value))
     with pytest.raises(ValueError, match="shards = 0"):
         distributed.campaign(TEXT, shards=0)
+    with pytest.raises(CampaignError, match="flown on one machine"):
+        distributed.campaign(TEXT + "[stop]\nfailure_probability = 0.1\n", shards=2)
 
 
 def test_the_command_exits_as_documented(

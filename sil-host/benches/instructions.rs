@@ -17,6 +17,7 @@ use ctrl_core::controller::TrackingController;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::Trajectory;
+use sil_host::campaign::{Campaign, CampaignOverrides, RunOutcome, fly_run};
 use sil_host::results::FlightResults;
 use sim::guarantee::Guarantees;
 use sim::observer::Observer;
@@ -104,7 +105,7 @@ fn do_work(work: &str, name: &str, steps: u64) {
             flight.advance(steps);
             std::hint::black_box(flight.truth());
         }
-        ("monitored", _) => fly(&scenario, steps, &mut monitors(&scenario)),
+        ("campaign", _) => fly_campaign(name, steps, scenario.scenario().controller.step_period()),
         ("watched", _) => {
             let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("instructions").join(name);
             fly_watched(&scenario, steps, &directory).expect("results can be written");
@@ -117,6 +118,19 @@ fn do_work(work: &str, name: &str, steps: u64) {
         }
         _ => panic!("no work called {work}"),
     }
+}
+
+/// A run of a campaign, with its monitors and measures, and the guarantees due from the first tick on.
+fn fly_campaign(name: &str, ticks: u64, step_period: f32) {
+    let duration = ticks as f64 * f64::from(step_period);
+    let definition = format!(
+        "name = 'one'\ndescription = ''\nsampling = 'monte_carlo'\nruns = 1\nscenario = '{name}'\n\
+         set = ['duration={duration}', 'guarantees.settle_time=0.0']"
+    );
+    let unchanged = CampaignOverrides::default();
+    let campaign = Campaign::parse("one.toml", &definition, Path::new(""), &unchanged, &[]);
+    let run = fly_run(&campaign.expect("a valid campaign"), 0);
+    assert!(run.flight_time > 0.0 && run.rows[0].outcome != RunOutcome::Refused);
 }
 
 fn fly(scenario: &LoadedScenario, ticks: u64, observer: &mut impl Observer) {

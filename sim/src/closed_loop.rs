@@ -2,69 +2,63 @@
 
 use ctrl_core::controller::{
     AdaptiveController, Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput,
-    TrackingController,
+    StepStatus, TrackingController,
 };
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::Trajectory;
-use ctrl_core::vehicle::VehicleState;
+use ctrl_core::vehicle::{VehicleState, Wrench};
+use glam::Vec3;
 
 use crate::evaluation::Evaluation;
 use crate::guarantee::lyapunov::Evaluator;
 use crate::observer::Observer;
-use crate::plant::PlantState;
 use crate::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
 use crate::plant::vehicle::{Plant, Vehicle};
+use crate::plant::{AppliedWrench, PlantState};
 use crate::sensor::Navigation;
 use crate::state_source::StateSource;
 use crate::tick::Tick;
 
-/// Quantities of a law of the paper at one step.
-#[derive(Clone, Copy, Debug)]
-pub struct LawQuantities {
-    /// Estimates before the step's update.
-    pub estimates: Estimates,
-    /// Auxiliary system before the step's update.
-    pub auxiliary: Auxiliary,
-    /// Estimates of the integral action before the step's update.
-    pub lasting: LastingEstimates,
-    /// Every intermediate quantity; all zero when the output was held.
-    pub intermediates: Intermediates,
-}
+/// Output of a tick before its step.
+const NO_OUTPUT: StepOutput = StepOutput {
+    wrench: Wrench { thrust: 0.0, torque_body: Vec3::ZERO },
+    torque_demand_body: Vec3::ZERO,
+    status: StepStatus::empty(),
+};
 
 /// A controller in a flight with observers.
 ///
 /// Controllers of the paper show their estimates and intermediate quantities. For a controller of your
 /// own an empty `impl` is enough: its ticks carry none.
 pub trait ObservedController: TrackingController {
-    /// Performs one step; the quantities of the law, if it has any.
+    /// Performs one step; puts the output into `tick`, and the quantities of the law, if it has any.
     #[inline]
-    fn step_with_quantities(
+    fn step_into(
         &self,
         state: &mut Self::State,
         vehicle: &VehicleState,
         reference: &Reference,
-    ) -> (StepOutput, Option<LawQuantities>) {
-        (self.step(state, vehicle, reference), None)
+        tick: &mut Tick,
+    ) {
+        tick.output = self.step(state, vehicle, reference);
     }
 }
 
 impl<C: AdaptiveController> ObservedController for C {
     #[inline]
-    fn step_with_quantities(
+    fn step_into(
         &self,
         state: &mut Self::State,
         vehicle: &VehicleState,
         reference: &Reference,
-    ) -> (StepOutput, Option<LawQuantities>) {
-        let mut quantities = LawQuantities {
-            estimates: self.estimates(state),
-            auxiliary: self.auxiliary(state),
-            lasting: self.lasting(state),
-            intermediates: Intermediates::default(),
-        };
-        let output =
-            self.step_observed(state, vehicle, reference, |seen| quantities.intermediates = *seen);
-        (output, Some(quantities))
+        tick: &mut Tick,
+    ) {
+        tick.law = true;
+        tick.estimates = self.estimates(state);
+        tick.auxiliary = self.auxiliary(state);
+        tick.lasting = self.lasting(state);
+        let intermediates = &mut tick.intermediates;
+        tick.output = self.step_observed(state, vehicle, reference, |seen| *intermediates = *seen);
     }
 }
 
@@ -94,6 +88,13 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
     #[must_use]
     pub fn with_evaluator(self, evaluator: Evaluator) -> Self {
         Self { evaluator: Some(evaluator), ..self }
+    }
+
+    /// The same flight without the Lyapunov evaluation in its ticks, for observers that do not read it; the
+    /// monitors evaluate V themselves.
+    #[must_use]
+    pub fn without_evaluator(self) -> Self {
+        Self { evaluator: None, ..self }
     }
 
     /// The same flight with a state in place of the true one for the controller: with noise, or by sensors.
@@ -183,17 +184,14 @@ impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         let truth = *self.plant.truth();
         let disturbance = self.disturbance.advance(&truth);
         let measured = self.source.measure(&truth);
-        let (output, quantities) =
-            self.controller.step_with_quantities(&mut self.state, &measured, &reference);
-        let applied = self.plant.command(&output.wrench);
         let mut tick = Tick {
             tick: self.tick,
             time: self.time(),
             truth,
             reference,
-            output,
-            applied,
-            law: quantities.is_some(),
+            output: NO_OUTPUT,
+            applied: AppliedWrench::default(),
+            law: false,
             intermediates: Intermediates::default(),
             estimates: Estimates::NONE,
             auxiliary: Auxiliary::REST,
@@ -201,12 +199,8 @@ impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
             disturbance,
             evaluation: Evaluation::default(),
         };
-        if let Some(quantities) = quantities {
-            tick.intermediates = quantities.intermediates;
-            tick.estimates = quantities.estimates;
-            tick.auxiliary = quantities.auxiliary;
-            tick.lasting = quantities.lasting;
-        }
+        self.controller.step_into(&mut self.state, &measured, &reference, &mut tick);
+        tick.applied = self.plant.command(&tick.output.wrench);
         match &mut self.evaluator {
             Some(evaluator) => tick.evaluation = evaluator.evaluate(&tick),
             None => tick.evaluation.position_error = tick.position_error(),

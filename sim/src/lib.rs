@@ -10,6 +10,7 @@ pub mod closed_loop;
 pub mod evaluation;
 pub mod feedback;
 pub mod guarantee;
+mod lanes;
 pub mod norm;
 pub mod number;
 pub mod observer;

@@ -6,6 +6,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::distribution::Vary;
+use super::splitting::Splitting;
+use super::stop::StopRule;
 
 /// Definition of a campaign's flights.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -33,6 +35,12 @@ pub struct Definition {
     /// Two varied paths that the recovery envelope, or heat map, is drawn over.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub envelope: Option<[String; 2]>,
+    /// Demand after which the campaign ends as soon as it is shown or refuted; `runs` is then the most that are flown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stop: Option<StopRule>,
+    /// Estimation of a rare violation by multilevel splitting; `runs` is then the most flights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub splitting: Option<Splitting>,
     /// Values that change from run to run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub vary: Vec<Vary>,

@@ -9,11 +9,21 @@ use super::error::CampaignError;
 use super::flight::fly_run;
 use super::plan::Campaign;
 use super::progress::CampaignProgress;
+use super::row::Row;
 use super::table::line;
 use super::window::Window;
 
 /// Runs a thread may be ahead of the next one to be written: some flights take longer than others.
 const AHEAD: u32 = 64;
+
+/// A run that has been flown.
+#[derive(Debug)]
+pub struct Flown {
+    /// One row per variant.
+    pub rows: Vec<Row>,
+    /// They as lines of the table.
+    pub lines: String,
+}
 
 /// A pool of `threads` worker threads [default: one per core].
 ///
@@ -25,7 +35,7 @@ pub fn pool(threads: Option<u32>) -> Result<ThreadPool, CampaignError> {
     pool.map_err(|error| CampaignError::Usage(format!("worker threads: {error}")))
 }
 
-/// Flies `runs` and passes their lines to `write`, in order.
+/// Flies `runs` and passes their rows to `write`, in order, with their lines of the table.
 ///
 /// # Errors
 /// The first of `write`.
@@ -34,7 +44,7 @@ pub fn execute(
     runs: Range<u32>,
     pool: &ThreadPool,
     progress: &dyn CampaignProgress,
-    write: impl FnMut(&str) -> Result<(), CampaignError> + Send,
+    write: impl FnMut(Vec<Flown>) -> Result<(), CampaignError> + Send,
 ) -> Result<(), CampaignError> {
     let ahead = AHEAD.saturating_mul(pool.current_num_threads() as u32);
     let window = Window::new(runs.start, ahead, write);
@@ -45,8 +55,10 @@ pub fn execute(
                 return Ok(());
             }
             let run = fly_run(campaign, index);
-            window.finish(index, run.rows.iter().map(|row| line(campaign, row)).collect())?;
-            progress.run_completed(run.flight_time);
+            let violated = run.violated();
+            let lines = run.rows.iter().map(|row| line(campaign, row)).collect();
+            window.finish(index, Flown { rows: run.rows, lines })?;
+            progress.run_completed(run.flight_time, violated);
             Ok(())
         })
     })

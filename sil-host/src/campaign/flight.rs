@@ -15,28 +15,45 @@ pub struct Run {
     pub flight_time: f64,
 }
 
+impl Run {
+    /// `true` if a variant violated a guarantee.
+    #[must_use]
+    pub fn violated(&self) -> bool {
+        self.rows.iter().any(|row| row.outcome == RunOutcome::Violated)
+    }
+}
+
 /// Flies run `index` of the campaign in every variant.
 #[must_use]
 pub fn fly_run(campaign: &Campaign, index: u32) -> Run {
     let mut run = Run { rows: Vec::with_capacity(campaign.variants().len()), flight_time: 0.0 };
     for variant in 0..campaign.variants().len() {
-        run.rows.push(fly_variant(campaign, index, variant, &mut run.flight_time));
+        let (seed, values) = (campaign.seed(index), campaign.values(index));
+        run.rows.push(fly_values(campaign, seed, values, variant, &mut run.flight_time));
     }
     run
 }
 
-fn fly_variant(campaign: &Campaign, index: u32, variant: usize, flight_time: &mut f64) -> Row {
+/// Flies a run with these values in a variant; adds its simulated time (s) to `flight_time`.
+pub(super) fn fly_values(
+    campaign: &Campaign,
+    seed: u32,
+    values: Vec<f64>,
+    variant: usize,
+    flight_time: &mut f64,
+) -> Row {
     let mut row = Row {
-        seed: campaign.seed(index),
+        seed,
         variant,
-        parameters: campaign.values(index),
+        parameters: values,
         outcome: RunOutcome::Refused,
         reason: String::new(),
         assumptions_kept: false,
         measures: vec![None; MEASURES.len()],
         guarantees: vec![Observed::default(); campaign.guarantees().len()],
     };
-    let flown = campaign.scenario(index, &campaign.variants()[variant]).and_then(|loaded| {
+    let loaded = Campaign::scenario_with(&campaign.variants()[variant], &row.parameters, seed);
+    let flown = loaded.and_then(|loaded| {
         let scenario = loaded.scenario();
         row.assumptions_kept = scenario.broken_assumptions().is_empty();
         *flight_time += scenario.duration;
@@ -55,7 +72,7 @@ fn fly_variant(campaign: &Campaign, index: u32, variant: usize, flight_time: &mu
 fn observed_flight(loaded: &LoadedScenario) -> Result<(Guarantees, Measures), ScenarioError> {
     let scenario = loaded.scenario();
     let mut observers = (scenario.monitors(), Measures::new(scenario));
-    loaded.flight()?.observe(scenario.ticks(), &mut observers);
+    loaded.flight()?.without_evaluator().observe(scenario.ticks(), &mut observers);
     Ok(observers)
 }
 

@@ -1,7 +1,7 @@
 //! Flies the missing runs of a campaign, and single runs again.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::built_in::BuiltInCampaign;
 use super::error::CampaignError;
@@ -9,6 +9,8 @@ use super::execute::{execute, pool};
 use super::plan::{Campaign, Variant};
 use super::progress::CampaignProgress;
 use super::shard::Shard;
+use super::splitting;
+use super::stop::Sequential;
 use super::store::Store;
 use super::summary::Summary;
 use super::table::CampaignResults;
@@ -37,27 +39,60 @@ pub fn fly(
     options: &CampaignOptions,
     progress: &dyn CampaignProgress,
 ) -> Result<Summary, CampaignError> {
+    if let Some(splitting) = &campaign.definition().splitting {
+        return splitting::fly(campaign, splitting, options, progress);
+    }
     let directory = options.out.join(options.shard.directory_name(campaign.name()));
     let share = options.shard.range(campaign.runs());
     let mut store = Store::open(&directory, campaign, &share, options.restart)?;
-    let missing = store.next()..share.end;
+    let mut stop = Sequential::new(campaign);
+    if stop.is_some() && options.shard != Shard::WHOLE {
+        let message =
+            "a campaign with `[stop]` cannot be shared: each run decides whether the next is flown";
+        return Err(CampaignError::Usage(message.to_owned()));
+    }
+    let mut decided = match &mut stop {
+        Some(stop) if store.next() > share.start => take_in(stop, &directory)?,
+        _ => false,
+    };
+    let missing = if decided { 0..0 } else { store.next()..share.end };
     progress.begin(share.len() as u32, share.len() as u32 - missing.len() as u32);
     let pool = pool(options.threads)?;
-    execute(campaign, missing, &pool, progress, |lines| {
-        store.append(lines)?;
-        if progress.cancelled() { Err(CampaignError::Interrupted) } else { Ok(()) }
-    })?;
-    conclude(&CampaignResults::open(&directory)?)
+    let flown = execute(campaign, missing, &pool, progress, |runs| {
+        for run in runs {
+            store.append(&run.lines)?;
+            decided = stop.as_mut().is_some_and(|stop| stop.push(&run.rows));
+            if decided || progress.cancelled() {
+                return Err(CampaignError::Interrupted);
+            }
+        }
+        Ok(())
+    });
+    if !decided {
+        flown?;
+    }
+    conclude(&CampaignResults::open(&directory)?, options.shard == Shard::WHOLE)
 }
 
-/// Writes the files that follow from a complete table.
+/// Takes in the runs in `directory`; `true` if they decide.
+fn take_in(stop: &mut Sequential, directory: &Path) -> Result<bool, CampaignError> {
+    let results = CampaignResults::open(directory)?;
+    for row in results.rows()? {
+        stop.push(&[row?]);
+    }
+    Ok(stop.is_decided())
+}
+
+/// Writes the files that follow from a complete table; of a share no page, whose flights would be flown again for it.
 ///
 /// # Errors
 /// When they cannot be written.
-pub(super) fn conclude(results: &CampaignResults) -> Result<Summary, CampaignError> {
+pub(super) fn conclude(results: &CampaignResults, whole: bool) -> Result<Summary, CampaignError> {
     #[cfg(feature = "parquet")]
     super::parquet::write(results)?;
-    super::report::write(results)?;
+    if whole {
+        super::report::write(results)?;
+    }
     Summary::read(results)
 }
 

@@ -40,7 +40,7 @@ pub fn merge(directories: &[PathBuf], out: &Path) -> Result<Summary, CampaignErr
     join(&parts, &table).map_err(CampaignError::io(&table))?;
     let text = results.campaign().text();
     write_whole(&directory.join(DEFINITION), text.as_bytes())?;
-    conclude(&CampaignResults::open(&directory)?)
+    conclude(&CampaignResults::open(&directory)?, true)
 }
 
 impl Part {

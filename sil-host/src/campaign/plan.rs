@@ -165,6 +165,25 @@ impl Campaign {
         values
     }
 
+    /// Number of coordinates of a run.
+    #[must_use]
+    pub(super) fn dimensions(&self) -> usize {
+        self.axes.iter().map(Distribution::dimensions).sum()
+    }
+
+    /// The varied values at a point of the unit cube, which has as many coordinates as there are
+    /// [`dimensions`](Self::dimensions).
+    #[must_use]
+    pub(super) fn values_at(&self, mut unit: &[f64]) -> Vec<f64> {
+        let mut values = Vec::with_capacity(self.parameters.len());
+        for distribution in &self.axes {
+            let (here, rest) = unit.split_at(distribution.dimensions());
+            distribution.sample(here, &mut values);
+            unit = rest;
+        }
+        values
+    }
+
     /// Everything that turns a variant's scenario into the run's: `path=value` each.
     #[must_use]
     pub fn changes(&self, index: u32, variant: &Variant) -> Vec<String> {
@@ -178,6 +197,15 @@ impl Campaign {
     pub fn scenario(&self, index: u32, variant: &Variant) -> Result<LoadedScenario, ScenarioError> {
         LoadedScenario::parse(&variant.scenario, &variant.text, &self.changes(index, variant))
     }
+
+    /// The scenario of a run with these values in a variant.
+    pub(super) fn scenario_with(
+        variant: &Variant,
+        values: &[f64],
+        seed: u32,
+    ) -> Result<LoadedScenario, ScenarioError> {
+        LoadedScenario::parse(&variant.scenario, &variant.text, &variant.changes(values, seed))
+    }
 }
 
 impl Variant {
@@ -187,7 +215,7 @@ impl Variant {
         &self.text
     }
 
-    fn changes(&self, values: &[f64], seed: u32) -> Vec<String> {
+    pub(super) fn changes(&self, values: &[f64], seed: u32) -> Vec<String> {
         let mut changes = self.changes.clone();
         let varied = self.targets.iter();
         changes.extend(varied.map(|(path, number)| format!("{path}={}", literal(values[*number]))));

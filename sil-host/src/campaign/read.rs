@@ -96,6 +96,8 @@ impl Reader<'_> {
         let variants = self.variants(&definition, &parameters)?;
         let guarantees = guarantees(&variants)?;
         let campaign = Campaign { definition, runs, axes, parameters, variants, guarantees };
+        self.check_stop(&campaign)?;
+        self.check_splitting(&campaign)?;
         self.check_fields(&campaign)?;
         self.check_envelope(&campaign)?;
         Ok(campaign)
@@ -244,6 +246,54 @@ impl Reader<'_> {
             }
         };
         Ok((name.clone(), text))
+    }
+
+    /// A rule for stopping is sound, names a guarantee, and has independent runs.
+    fn check_stop(&self, campaign: &Campaign) -> Result<(), CampaignError> {
+        let Some(stop) = &campaign.definition.stop else { return Ok(()) };
+        if let Some((key, message)) = stop.fault() {
+            return Err(self.fault(&format!("stop.{key}"), message));
+        }
+        if campaign.definition.sampling != Sampling::MonteCarlo {
+            let message = "must be monte_carlo with `[stop]`: its bounds need independent runs";
+            return Err(self.fault("sampling", message.to_owned()));
+        }
+        stop.guarantee.as_ref().map_or(Ok(()), |key| self.check_guarantee("stop", campaign, key))
+    }
+
+    /// Splitting is sound, names a guarantee, and has one variant and continuous draws.
+    fn check_splitting(&self, campaign: &Campaign) -> Result<(), CampaignError> {
+        let Definition { splitting, stop, sampling, .. } = &campaign.definition;
+        let Some(splitting) = splitting else { return Ok(()) };
+        if let Some((key, message)) = splitting.fault() {
+            return Err(self.fault(&format!("splitting.{key}"), message));
+        }
+        if *sampling != Sampling::MonteCarlo {
+            let message =
+                "must be monte_carlo with `[splitting]`: runs are drawn from it".to_owned();
+            return Err(self.fault("sampling", message));
+        }
+        if stop.is_some() || campaign.variants.len() > 1 || campaign.axes.is_empty() {
+            let message =
+                "needs a campaign that varies something, in one variant, without `[stop]`";
+            return Err(self.fault("splitting", message.to_owned()));
+        }
+        self.check_guarantee("splitting", campaign, &splitting.guarantee)
+    }
+
+    /// `key` of `table` names a guarantee of the campaign that has a bound.
+    fn check_guarantee(
+        &self,
+        table: &str,
+        campaign: &Campaign,
+        key: &str,
+    ) -> Result<(), CampaignError> {
+        if campaign.guarantees.iter().any(|it| it.key == key) {
+            return Ok(());
+        }
+        let known: Vec<_> = campaign.guarantees.iter().map(|it| it.key.as_str()).collect();
+        let message = format!("no guarantee `{key}`: choose from {}", known.join(", "));
+        Err(self.fault(&format!("{table}.guarantee"), message))
     }
 
     fn check_envelope(&self, campaign: &Campaign) -> Result<(), CampaignError> {

@@ -8,8 +8,13 @@ impl Campaign {
     /// are exact. A scenario that is a file is named as the campaign names it.
     #[must_use]
     pub fn replay_command(&self, index: u32, variant: &Variant) -> String {
+        self.command(variant, &self.values(index), self.seed(index))
+    }
+
+    /// The command that flies these values in `variant` by themselves.
+    pub(super) fn command(&self, variant: &Variant, values: &[f64], seed: u32) -> String {
         let mut command = format!("sil-host run {}", quoted(&variant.scenario));
-        for change in self.changes(index, variant) {
+        for change in variant.changes(values, seed) {
             match change.strip_prefix("seed=") {
                 Some(seed) => command += &format!(" --seed {seed}"),
                 None => command += &format!(" --set {}", quoted(&change)),

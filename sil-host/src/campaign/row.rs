@@ -66,6 +66,17 @@ impl RunOutcome {
     }
 }
 
+impl Observed {
+    /// `true` if it was judged and did not hold; what was never observed counts as such.
+    #[must_use]
+    pub fn is_violated(&self) -> bool {
+        match (self.observed, self.margin) {
+            (Some(_), None) => false, // information
+            (_, margin) => !margin.is_some_and(|margin| margin >= 0.0),
+        }
+    }
+}
+
 /// Observation of one guarantee; empty where it does not apply.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Observed {

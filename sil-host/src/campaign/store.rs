@@ -31,43 +31,11 @@ impl Store {
         share: &Range<u32>,
         restart: bool,
     ) -> Result<Self, CampaignError> {
-        fs::create_dir_all(directory).map_err(CampaignError::io(directory))?;
-        let path = directory.join(TABLE);
-        let open =
-            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
-        let table = open.map_err(CampaignError::io(&path))?;
-        if table.try_lock().is_err() {
-            let message = "another process is filling it".to_owned();
-            return Err(CampaignError::Results(path, message));
-        }
+        let (path, table) = open_table(directory, TABLE, campaign, restart)?;
         let mut store = Self { path, table, next: share.start };
-        if restart || !store.continues(directory, campaign)? {
-            let failed = |error| CampaignError::io(&store.path)(error);
-            store.table.set_len(0).map_err(failed)?;
-            write_whole(&directory.join(DEFINITION), campaign.text().as_bytes())?;
-        }
         let length = store.recover(campaign, share)?;
         store.cut(length, campaign).map_err(CampaignError::io(&store.path))?;
         Ok(store)
-    }
-
-    /// `true` if `directory` holds results of this very campaign; an error if of another.
-    fn continues(&self, directory: &Path, campaign: &Campaign) -> Result<bool, CampaignError> {
-        let path = directory.join(DEFINITION);
-        let length = self.table.metadata().map_err(CampaignError::io(&self.path))?.len();
-        match fs::read_to_string(&path) {
-            Ok(text) if text == campaign.text() => Ok(true),
-            Err(error) if error.kind() == io::ErrorKind::NotFound && length == 0 => Ok(false),
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                Err(CampaignError::io(&path)(error))
-            }
-            _ => Err(CampaignError::Results(
-                directory.to_owned(),
-                "holds results of another definition; choose another output directory, or restart \
-                 to overwrite them"
-                    .to_owned(),
-            )),
-        }
     }
 
     /// Counts the complete runs; bytes of the table up to the end of the last of them.
@@ -121,6 +89,53 @@ impl Store {
     }
 }
 
+/// The table `name` of `campaign` in `directory`, locked; with `restart`, or where nothing is, empty and with its
+/// definition beside it.
+///
+/// # Errors
+/// When the directory holds another campaign, another process fills it, or it cannot be read or written.
+pub(super) fn open_table(
+    directory: &Path,
+    name: &str,
+    campaign: &Campaign,
+    restart: bool,
+) -> Result<(PathBuf, File), CampaignError> {
+    fs::create_dir_all(directory).map_err(CampaignError::io(directory))?;
+    let path = directory.join(name);
+    let failed = CampaignError::io(&path);
+    let open = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+    let table = open.map_err(&failed)?;
+    if table.try_lock().is_err() {
+        let message = "another process is filling it".to_owned();
+        return Err(CampaignError::Results(path.clone(), message));
+    }
+    let length = table.metadata().map_err(&failed)?.len();
+    if restart || !continues(directory, length, campaign)? {
+        table.set_len(0).map_err(&failed)?;
+        write_whole(&directory.join(DEFINITION), campaign.text().as_bytes())?;
+    }
+    drop(failed);
+    Ok((path, table))
+}
+
+/// `true` if `directory` holds results of this very campaign, in a table of `length` bytes; an error if of another.
+fn continues(directory: &Path, length: u64, campaign: &Campaign) -> Result<bool, CampaignError> {
+    let path = directory.join(DEFINITION);
+    match fs::read_to_string(&path) {
+        Ok(text) if text == campaign.text() => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::NotFound && length == 0 => Ok(false),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(CampaignError::io(&path)(error))
+        }
+        _ => Err(CampaignError::Results(
+            directory.to_owned(),
+            "holds results of another definition; choose another output directory, or restart \
+             to overwrite them"
+                .to_owned(),
+        )),
+    }
+}
+
 /// Checks that rows come by seed and then by variant, without a gap.
 #[derive(Debug)]
 pub(super) struct Order<'a> {
@@ -151,7 +166,7 @@ impl<'a> Order<'a> {
 }
 
 /// Bytes up to the end of the last complete line.
-fn end_of_lines(file: &mut File) -> io::Result<u64> {
+pub(super) fn end_of_lines(file: &mut File) -> io::Result<u64> {
     let mut end = file.seek(SeekFrom::End(0))?;
     let mut block = [0; 4096];
     while end > 0 {

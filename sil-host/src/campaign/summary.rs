@@ -8,6 +8,8 @@ use serde::Serialize;
 use super::error::CampaignError;
 use super::plan::Guarantee;
 use super::row::{Row, RunOutcome};
+use super::splitting::RareProbability;
+use super::stop::{Decision, Evidence, Sequential};
 use super::table::CampaignResults;
 use crate::report::aligned;
 use sim::guarantee::activity::TorqueActivity;
@@ -22,14 +24,14 @@ pub struct Summary {
     pub description: String,
     /// Directory of the results.
     pub directory: PathBuf,
-    /// `true` if no run violated a guarantee.
+    /// `true` if no run violated a guarantee, or, with `[stop]`, if the demand was shown in every variant.
     pub passed: bool,
     /// Its variants.
     pub variants: Vec<VariantSummary>,
 }
 
 /// Result of a variant.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct VariantSummary {
     /// Its name.
     pub name: String,
@@ -43,6 +45,12 @@ pub struct VariantSummary {
     pub assumptions_broken: u32,
     /// The guarantees that are judged.
     pub guarantees: Vec<GuaranteeSummary>,
+    /// Probability by `[splitting]`, whose flights are no draws of the campaign's distribution.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rare: Option<RareProbability>,
+    /// Evidence about the demand of `[stop]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<Evidence>,
     /// Torque activity: root mean square of the torque, and of its change per tick.
     pub activity: Vec<ActivitySummary>,
 }
@@ -104,12 +112,22 @@ impl Summary {
             refused: 0,
             assumptions_broken: 0,
             guarantees: campaign.guarantees().iter().map(guarantee).collect(),
+            evidence: None,
+            rare: None,
             activity: activity(campaign.guarantees()),
         });
         let mut variants: Vec<_> = variants.collect();
+        let mut stop = Sequential::new(campaign);
         for row in results.rows()? {
             let row = row?;
             variants[row.variant].add(&row);
+            if let Some(stop) = &mut stop {
+                stop.push(&[row]);
+            }
+        }
+        let evidence = stop.into_iter().flat_map(Sequential::evidence);
+        for (variant, evidence) in variants.iter_mut().zip(evidence) {
+            variant.evidence = Some(evidence);
         }
         for variant in &mut variants {
             variant.guarantees.retain(|guarantee| guarantee.judged > 0);
@@ -118,7 +136,7 @@ impl Summary {
             name: campaign.name().to_owned(),
             description: campaign.definition().description.clone(),
             directory: results.directory().to_owned(),
-            passed: variants.iter().all(|variant| variant.violated == 0),
+            passed: variants.iter().all(VariantSummary::passed),
             variants,
         })
     }
@@ -133,8 +151,16 @@ impl Summary {
         for variant in &self.variants {
             variant.write(&mut text, only_violated);
         }
-        let result =
-            if self.passed { "no guarantee was violated" } else { "guarantees were VIOLATED" };
+        let demand = self.variants.iter().any(VariantSummary::is_demanded);
+        let result = match (demand, self.passed) {
+            _ if self.variants.iter().any(VariantSummary::is_estimated) => {
+                "a probability was estimated"
+            }
+            (false, true) => "no guarantee was violated",
+            (false, false) => "guarantees were VIOLATED",
+            (true, true) => "the demand is shown",
+            (true, false) => "the demand is NOT shown",
+        };
         let _ = writeln!(text, "  {result}; results in {}", self.directory.display());
         text
     }
@@ -147,6 +173,21 @@ impl Summary {
 }
 
 impl VariantSummary {
+    fn is_demanded(&self) -> bool {
+        self.evidence.is_some() || self.rare.as_ref().is_some_and(|rare| rare.demanded.is_some())
+    }
+
+    fn is_estimated(&self) -> bool {
+        self.rare.is_some() && !self.is_demanded()
+    }
+
+    fn passed(&self) -> bool {
+        match &self.evidence {
+            Some(evidence) => evidence.decision == Decision::Demonstrated,
+            None => self.violated == 0,
+        }
+    }
+
     fn add(&mut self, row: &Row) {
         match row.outcome {
             RunOutcome::Held => self.held += 1,
@@ -181,6 +222,13 @@ impl VariantSummary {
             "  {name}: {held} held, {violated} violated, {refused} refused; assumptions broken in \
              {assumptions_broken}"
         );
+        if let Some(evidence) = &self.evidence {
+            let _ = writeln!(text, "    {}", evidence.sentence());
+        }
+        if let Some(rare) = &self.rare {
+            let _ = writeln!(text, "    {}", rare.sentence());
+            return;
+        }
         let shown = self.guarantees.iter().filter(|it| !only_violated || it.violated > 0);
         let headings = ["guarantee", "judged", "violated", "least margin", "unit", "seed"];
         let rows: Vec<_> = shown.map(GuaranteeSummary::cells).collect();

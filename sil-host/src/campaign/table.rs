@@ -90,12 +90,12 @@ pub fn line(campaign: &Campaign, row: &Row) -> String {
 }
 
 /// A line in the making: cells, each with a comma after it.
-#[derive(Default)]
-struct Line(String);
+#[derive(Debug, Default)]
+pub(super) struct Line(String);
 
 impl Line {
     /// A cell, in quotes where it needs them; it must hold no line break.
-    fn text(&mut self, text: &str) {
+    pub fn text(&mut self, text: &str) {
         if text.contains([',', '"', '\n', '\r']) {
             self.0.push('"');
             self.0.push_str(&text.replace(['\n', '\r'], " ").replace('"', "\"\""));
@@ -107,14 +107,15 @@ impl Line {
     }
 
     /// The shortest decimals that read back as the same number.
-    fn number(&mut self, value: Option<f64>) {
+    pub fn number(&mut self, value: Option<f64>) {
         if let Some(value) = value {
             self.0.push_str(zmij::Buffer::new().format(value));
         }
         self.0.push(',');
     }
 
-    fn end(mut self) -> String {
+    /// The line with its end.
+    pub fn end(mut self) -> String {
         self.0.pop();
         self.0.push('\n');
         self.0

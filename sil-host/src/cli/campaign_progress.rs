@@ -29,6 +29,8 @@ struct Flown {
     runs: u32,
     /// Runs of earlier sessions.
     before: u32,
+    /// Runs of this session that violated a guarantee.
+    violated: u32,
     /// Simulated time (s).
     time: f64,
     /// Lines shown.
@@ -58,7 +60,9 @@ impl CampaignProgressBar {
         let rate = f64::from(flown.runs) / elapsed;
         let left = f64::from(flown.total - flown.before - flown.runs) / rate;
         let real_time = flown.time / elapsed;
-        format!("{rate:.1} runs/s, {real_time:.0} x real time, {} left", duration(left))
+        let violated = flown.violated;
+        let left = duration(left);
+        format!("{violated} violated, {rate:.1} runs/s, {real_time:.0} x real time, {left} left")
     }
 
     /// Ends the bar with a line on the runs flown.
@@ -86,10 +90,11 @@ impl CampaignProgress for CampaignProgressBar {
         (flown.total, flown.before) = (total, before);
     }
 
-    fn run_completed(&self, flight_time: f64) {
+    fn run_completed(&self, flight_time: f64, violated: bool) {
         let mut flown = self.flown.lock().unwrap_or_else(PoisonError::into_inner);
         flown.runs += 1;
         flown.time += flight_time;
+        flown.violated += u32::from(violated);
         let done = flown.before + flown.runs;
         self.bar.inc(1);
         if !self.bar.is_hidden() {

@@ -71,7 +71,7 @@ pub fn check_watched(
     progress.begin(campaign.runs(), 0);
     let runs = (0..campaign.runs()).into_par_iter().map(|index| {
         let run = (!progress.cancelled()).then(|| fly_run(&campaign, index))?;
-        progress.run_completed(run.flight_time);
+        progress.run_completed(run.flight_time, run.violated());
         Some(run)
     });
     let runs: Option<Vec<_>> = runs.collect();
@@ -148,6 +148,8 @@ fn definition(proposal: &Proposal, name: &str) -> Definition {
         scenario: Some(request.name.clone()),
         set: vec![],
         envelope: None,
+        stop: None,
+        splitting: None,
         vary: vec![
             mass,
             levels("vehicle.inertia", ends(known.inertia)),

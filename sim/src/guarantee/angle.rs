@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::verdict::Extreme;
+use crate::lanes::{LANES, Scalars, Vectors, all};
 use crate::norm::Norm;
 
 /// An angle in [0, pi] by its sine and cosine, both times the same positive number.
@@ -49,6 +50,21 @@ impl Angle {
     }
 }
 
+/// [`Angle`] at each tick of a block.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Angles {
+    pub sine: Scalars,
+    pub cosine: Scalars,
+}
+
+impl Angles {
+    /// Between two vectors of any length; accurate when it is small.
+    #[inline(always)]
+    pub fn between(a: Vectors, b: Vectors) -> Self {
+        Self { sine: a.cross(b).norm(), cosine: a.dot(b) }
+    }
+}
+
 /// The largest of many angles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LargestAngle {
@@ -65,6 +81,24 @@ impl LargestAngle {
         }
         if self.largest.highest(angle.radians(), time) {
             self.angle = angle;
+        }
+    }
+
+    /// Observes the angles in the lanes `due`, each at its `time`.
+    #[inline]
+    pub fn observe_block(&mut self, angles: Angles, due: u32, time: &[f64; LANES]) {
+        let Angles { sine, cosine } = angles;
+        // As `is_clearly_below`, which is most often true for all.
+        let (ahead, behind) = (all(self.angle.sine) * cosine, all(self.angle.cosine) * sine);
+        let scale = all(1e-12) * (ahead.abs() + behind.abs());
+        let below = (ahead - behind).simd_gt(scale).to_bitmask();
+        let open = due & !below;
+        if open == 0 {
+            return;
+        }
+        let (sine, cosine) = (sine.to_array(), cosine.to_array());
+        for lane in (0..LANES).filter(|lane| open >> lane & 1 == 1) {
+            self.observe(Angle { sine: sine[lane], cosine: cosine[lane] }, time[lane]);
         }
     }
 

@@ -2,15 +2,15 @@
 
 use ctrl_core::vehicle::Interval;
 
+use super::ROUNDING;
+use super::block::Block;
 use super::verdict::{Extreme, Requirement, Verdict};
-use super::{Monitor, ROUNDING};
-use crate::observer::Observer;
-use crate::tick::Tick;
+use crate::lanes::Scalars;
 use ctrl_core::controller::ControllerConfig;
 
 /// The projections hold: mass, inertia (both laws report it) and gyroscopic ratios (controller 2).
 #[derive(Clone, Copy, Debug)]
-pub struct EstimateSets {
+pub(crate) struct EstimateSets {
     mass: (Requirement, Extreme),
     inertia: (Requirement, Extreme),
     ratio: Option<(Requirement, Extreme)>,
@@ -60,39 +60,31 @@ fn set(interval: Interval) -> Requirement {
     )
 }
 
-impl Observer for EstimateSets {
-    fn observe(&mut self, tick: &Tick) {
-        let estimates = &tick.estimates;
-        let mass = f64::from(estimates.inverse_mass).recip();
-        self.mass.1.tightest(mass, tick.time, self.mass.0);
-        let inertia = match self.ratio {
-            None => estimates.inertia.as_dvec3(),
-            Some(_) => estimates.inverse_inertia.as_dvec3().recip(),
+impl EstimateSets {
+    /// Observes the estimates of a block.
+    pub fn observe(&mut self, block: &Block) {
+        let law = &block.law;
+        let mass = law.inverse_mass.recip();
+        let (requirement, extreme) = &mut self.mass;
+        extreme.tightest_of(&[mass], block, *requirement);
+        let (inertia, torque) = match self.ratio {
+            None => (law.inertia, law.lasting_torque),
+            Some(_) => (law.inverse_inertia.map(Scalars::recip), law.lasting_angular_acceleration),
         };
-        for component in inertia.to_array() {
-            self.inertia.1.tightest(component, tick.time, self.inertia.0);
-        }
+        let (requirement, extreme) = &mut self.inertia;
+        extreme.tightest_of(&inertia.to_array(), block, *requirement);
         if let Some((requirement, extreme)) = &mut self.ratio {
-            for component in estimates.gyroscopic_ratio.to_array() {
-                extreme.tightest(component.into(), tick.time, *requirement);
-            }
+            extreme.tightest_of(&law.gyroscopic_ratio.to_array(), block, *requirement);
         }
-        let torque = match self.ratio {
-            None => tick.lasting.torque_body,
-            Some(_) => tick.lasting.angular_acceleration_body,
-        };
-        let estimates = [tick.lasting.acceleration_world, torque];
-        for (set, estimate) in self.lasting.iter_mut().zip(estimates) {
+        for (set, estimate) in self.lasting.iter_mut().zip([law.lasting_acceleration, torque]) {
             let Some((requirement, extreme)) = set else { continue };
-            for component in estimate.to_array() {
-                extreme.tightest(component.into(), tick.time, *requirement);
-            }
+            extreme.tightest_of(&estimate.to_array(), block, *requirement);
         }
     }
-}
 
-impl Monitor for EstimateSets {
-    fn verdicts(&self) -> Vec<Verdict> {
+    /// The rows of the table so far.
+    #[must_use]
+    pub fn verdicts(&self) -> Vec<Verdict> {
         let [mass, inertia] = self.equations;
         let row = |name, equation, unit, (requirement, extreme)| {
             Verdict::new((name, equation, unit), requirement, extreme)

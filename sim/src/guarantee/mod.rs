@@ -7,6 +7,8 @@ pub mod activity;
 pub mod angle;
 pub mod applied;
 pub mod auxiliary;
+mod block;
+mod blocks;
 pub mod bounds;
 pub mod estimates;
 pub mod lyapunov;
@@ -29,6 +31,7 @@ use crate::observer::Observer;
 use crate::plant::PlantParameters;
 use crate::plant::actuation::ActuationConfig;
 use crate::tick::Tick;
+use blocks::BlockMonitors;
 pub use verdict::{Requirement, Verdict};
 
 /// Relative difference that rounding to `f32` may make between a bound and what it bounds.
@@ -63,7 +66,7 @@ pub trait Monitor: Observer + Debug {
 pub struct Guarantees {
     applied: applied::Applied,
     activity: activity::TorqueActivity,
-    tracking: tracking::Tracking,
+    blocks: BlockMonitors,
     status: status::Faults,
     law: Option<LawMonitors>,
     added: Vec<Box<dyn Monitor + Send>>,
@@ -74,9 +77,7 @@ pub struct Guarantees {
 struct LawMonitors {
     thrust: wrench::Thrust,
     torque: wrench::Torque,
-    estimates: estimates::EstimateSets,
     auxiliary: auxiliary::AuxiliaryRest,
-    lyapunov: lyapunov::LyapunovMonitor,
 }
 
 impl Guarantees {
@@ -91,12 +92,13 @@ impl Guarantees {
         let monitors = LawMonitors {
             thrust: wrench::Thrust::new(law),
             torque: wrench::Torque::new(law),
-            estimates: estimates::EstimateSets::new(law),
             auxiliary: auxiliary::AuxiliaryRest::new(law),
-            lyapunov: lyapunov::LyapunovMonitor::new(config, law, parameters, actuation),
         };
         let tracking = tracking::Tracking::new(config);
-        Self { law: Some(monitors), tracking, ..Self::of_any_controller(config, actuation) }
+        let lyapunov = lyapunov::LyapunovMonitor::new(config, law, parameters, actuation);
+        let estimates = estimates::EstimateSets::new(law);
+        let blocks = BlockMonitors::new(tracking, Some((estimates, lyapunov)));
+        Self { law: Some(monitors), blocks, ..Self::of_any_controller(config, actuation) }
     }
 
     /// The monitors that need no law of the paper: tracking errors, limits of the rotors, torque activity, faults.
@@ -105,7 +107,7 @@ impl Guarantees {
         Self {
             applied: applied::Applied::new(actuation),
             activity: activity::TorqueActivity::default(),
-            tracking: tracking::Tracking::of_any_controller(config),
+            blocks: BlockMonitors::new(tracking::Tracking::of_any_controller(config), None),
             status: status::Faults::default(),
             law: None,
             added: Vec::new(),
@@ -116,8 +118,8 @@ impl Guarantees {
     /// monitors show as information; limits, sets and errors are judged as before.
     #[must_use]
     pub fn by_estimate(mut self) -> Self {
-        if let Some(law) = &mut self.law {
-            law.lyapunov.set_by_estimate();
+        if let Some(lyapunov) = self.blocks.lyapunov() {
+            lyapunov.set_by_estimate();
         }
         self
     }
@@ -132,22 +134,24 @@ impl Guarantees {
     /// The whole table.
     #[must_use]
     pub fn verdicts(&self) -> Vec<Verdict> {
-        let Self { applied, activity, tracking, status, law, added } = self;
-        let mut monitors: Vec<&dyn Monitor> = Vec::new();
+        let Self { applied, activity, blocks, status, law, added } = self;
+        let [estimates, tracking, lyapunov] = blocks.verdicts();
+        let mut rows = Vec::new();
         if let Some(LawMonitors { thrust, torque, .. }) = law {
-            monitors.extend([thrust as &dyn Monitor, torque]);
+            rows.extend(thrust.verdicts());
+            rows.extend(torque.verdicts());
         }
-        monitors.extend([applied as &dyn Monitor, activity]);
-        if let Some(LawMonitors { estimates, .. }) = law {
-            monitors.push(estimates);
+        rows.extend(applied.verdicts());
+        rows.extend(activity.verdicts());
+        rows.extend(estimates);
+        rows.extend(tracking);
+        if let Some(LawMonitors { auxiliary, .. }) = law {
+            rows.extend(auxiliary.verdicts());
         }
-        monitors.push(tracking);
-        if let Some(LawMonitors { auxiliary, lyapunov, .. }) = law {
-            monitors.extend([auxiliary as &dyn Monitor, lyapunov]);
-        }
-        monitors.push(status);
-        let built_in = monitors.into_iter().flat_map(Monitor::verdicts);
-        built_in.chain(added.iter().flat_map(|monitor| monitor.verdicts())).collect()
+        rows.extend(lyapunov);
+        rows.extend(status.verdicts());
+        rows.extend(added.iter().flat_map(|monitor| monitor.verdicts()));
+        rows
     }
 }
 
@@ -156,13 +160,11 @@ impl Observer for Guarantees {
         if let Some(law) = &mut self.law {
             law.thrust.observe(tick);
             law.torque.observe(tick);
-            law.estimates.observe(tick);
             law.auxiliary.observe(tick);
-            law.lyapunov.observe(tick);
         }
         self.applied.observe(tick);
         self.activity.observe(tick);
-        self.tracking.observe(tick);
+        self.blocks.observe(tick);
         self.status.observe(tick);
         self.added.iter_mut().for_each(|monitor| monitor.observe(tick));
     }

@@ -3,16 +3,15 @@
 use ctrl_core::reference::Reference;
 use glam::{DQuat, DVec3};
 
-use super::angle::{Angle, LargestAngle};
+use super::GuaranteeConfig;
+use super::angle::{Angle, Angles, LargestAngle};
+use super::block::Block;
 use super::verdict::{Extreme, Requirement, Verdict};
-use super::{GuaranteeConfig, Monitor};
-use crate::norm::Norm;
-use crate::observer::Observer;
-use crate::tick::Tick;
+use crate::lanes::{Scalars, Vectors, all};
 
 /// Position, attitude, tilt and heading error after `settle_time`.
 #[derive(Clone, Copy, Debug)]
-pub struct Tracking {
+pub(crate) struct Tracking {
     config: GuaranteeConfig,
     position: Extreme,
     /// Half of the angle of `q_e`; none for a controller without one.
@@ -66,24 +65,35 @@ pub fn rotation_angle(error: DQuat) -> f64 {
     2.0 * Angle::half_turn(error).radians()
 }
 
-impl Observer for Tracking {
-    fn observe(&mut self, tick: &Tick) {
-        let evaluation = &tick.evaluation;
-        if tick.time < self.config.settle_time {
+impl Tracking {
+    /// The lanes of a block whose ticks are judged.
+    pub fn due(&self, block: &Block) -> u32 {
+        let settled = Scalars::new(block.time).simd_ge(all(self.config.settle_time)).to_bitmask();
+        settled & block.lanes()
+    }
+
+    /// Observes position, tilt and heading of the lanes `due`.
+    pub fn observe(&mut self, block: &Block, due: u32) {
+        if due == 0 {
             return;
         }
-        let attitude = tick.truth.attitude;
-        self.position.highest(evaluation.position_error.norm(), tick.time);
-        if let Some(largest) = &mut self.attitude {
-            largest.observe(Angle::half_turn(evaluation.attitude_error), tick.time);
-        }
-        self.tilt.observe(tilt(attitude, &tick.reference), tick.time);
-        self.heading.observe(heading(attitude, &tick.reference), tick.time);
+        let (time, reference) = (&block.time, &block.reference);
+        self.position.highest_of((block.position - reference.position).norm(), due, time);
+        let axis = |axis| block.attitude * Vectors::all(axis);
+        let tilt = Angles::between(axis(DVec3::Z), reference.specific_force);
+        self.tilt.observe_block(tilt, due, time);
+        self.heading.observe_block(Angles::between(axis(DVec3::Y), reference.left), due, time);
     }
-}
 
-impl Monitor for Tracking {
-    fn verdicts(&self) -> Vec<Verdict> {
+    /// Observes half the angles of `q_e` in the lanes `due`.
+    pub fn observe_attitude(&mut self, block: &Block, due: u32, half: Angles) {
+        if let Some(largest) = &mut self.attitude {
+            largest.observe_block(half, due, &block.time);
+        }
+    }
+
+    /// The rows of the table so far.
+    pub fn verdicts(&self) -> Vec<Verdict> {
         let row = |name, equation, unit, bound, extreme| {
             Verdict::new((name, equation, unit), Requirement::AtMost(bound), extreme)
         };

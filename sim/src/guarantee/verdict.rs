@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::block::Block;
+use crate::lanes::{LANES, Scalars, all};
 use crate::number::number;
 
 /// Requirement on the observed extreme.
@@ -29,6 +31,19 @@ impl Requirement {
             Self::AtMost(bound) => Some(bound - observed),
             Self::Inside(lower, upper) => Some((observed - lower).min(upper - observed)),
             Self::Information => None,
+        }
+    }
+}
+
+impl Requirement {
+    /// [`margin`](Self::margin) of each lane; zero without a bound.
+    #[inline]
+    fn margins(self, observed: Scalars) -> Scalars {
+        match self {
+            Self::AtLeast(bound) => observed - all(bound),
+            Self::AtMost(bound) => all(bound) - observed,
+            Self::Inside(lower, upper) => (observed - all(lower)).min(all(upper) - observed),
+            Self::Information => all(0.0),
         }
     }
 }
@@ -122,6 +137,46 @@ impl Extreme {
     #[inline]
     pub fn highest(&mut self, value: f64, time: f64) -> bool {
         self.keep(value, time, |new, kept| new > kept)
+    }
+
+    /// Keeps the highest of the lanes `due`, each at its `time`; the first if several are.
+    #[inline]
+    pub(super) fn highest_of(&mut self, values: Scalars, due: u32, time: &[f64; LANES]) {
+        let open = match self.0 {
+            None => due,
+            Some((kept, _)) => due & !values.simd_le(all(kept)).to_bitmask(), // NaN is open
+        };
+        if open == 0 {
+            return;
+        }
+        let values = values.to_array();
+        for lane in (0..LANES).filter(|lane| open >> lane & 1 == 1) {
+            self.highest(values[lane], time[lane]);
+        }
+    }
+
+    /// Keeps the value with the least margin to `requirement`, tick by tick and component by component.
+    #[inline]
+    pub(super) fn tightest_of<const N: usize>(
+        &mut self,
+        components: &[Scalars; N],
+        block: &Block,
+        requirement: Requirement,
+    ) {
+        let every = block.lanes();
+        let open = match self.0 {
+            None => every,
+            Some((kept, _)) => {
+                let kept = requirement.margins(all(kept));
+                let looser = |&x: &Scalars| requirement.margins(x).simd_ge(kept).to_bitmask();
+                every & !components.iter().map(looser).fold(every, |a, b| a & b) // NaN is open
+            }
+        };
+        for lane in (0..LANES).filter(|lane| open >> lane & 1 == 1) {
+            for component in components {
+                self.tightest(component.as_array()[lane], block.time[lane], requirement);
+            }
+        }
     }
 
     /// The same in a unit `factor` times smaller.

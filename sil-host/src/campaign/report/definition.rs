@@ -17,6 +17,16 @@ pub fn section(campaign: &Campaign) -> Markup {
             "; a run has the same values and the same seed, from which its disturbance is drawn too, in \
              every variant."
         }
+        (varied(campaign))
+        (settings(campaign))
+    }
+}
+
+/// Distributions of the varied values.
+#[must_use]
+pub fn varied(campaign: &Campaign) -> Markup {
+    let definition = campaign.definition();
+    html! {
         @if !definition.vary.is_empty() {
             .table { table {
                 thead { tr { th { "varied" } th { "distribution" } th { "unit" } } }
@@ -31,7 +41,6 @@ pub fn section(campaign: &Campaign) -> Markup {
                 }
             } }
         }
-        (settings(campaign))
     }
 }
 

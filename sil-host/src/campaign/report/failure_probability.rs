@@ -26,21 +26,28 @@ impl FailureProbability {
         let held = runs.checked_sub(violated).filter(|_| runs > 0)?;
         let outside = 1.0 - CONFIDENCE;
         Some(Self {
-            lower: lower(violated, held, 0.5 * outside),
-            upper: 1.0 - lower(held, violated, 0.5 * outside),
-            below: 1.0 - lower(held, violated, outside),
+            lower: lower_bound(violated, held, 0.5 * outside),
+            upper: upper_bound(violated, held, 0.5 * outside),
+            below: upper_bound(violated, held, outside),
         })
     }
 }
 
 /// The least probability of what happened `hits` times that gives as many or more with a
-/// probability of `tail`. The upper bound of a probability is that of its complement.
-fn lower(hits: u64, misses: u64, tail: f64) -> f64 {
+/// probability of `tail`.
+#[must_use]
+pub fn lower_bound(hits: u64, misses: u64, tail: f64) -> f64 {
     match (hits, misses) {
         (0, _) => 0.0,
         (_, 0) => tail.powf(1.0 / hits as f64),
         _ => quantile(hits as f64, misses as f64 + 1.0, tail),
     }
+}
+
+/// The largest probability of what happened `hits` times that gives as many or fewer with a probability of `tail`.
+#[must_use]
+pub fn upper_bound(hits: u64, misses: u64, tail: f64) -> f64 {
+    1.0 - lower_bound(misses, hits, tail)
 }
 
 /// Quantile of beta(`a`, `b`) at `probability`, to the last bit by

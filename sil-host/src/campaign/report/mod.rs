@@ -7,6 +7,7 @@ pub mod counts;
 pub mod definition;
 pub mod document;
 pub mod envelope;
+pub mod evidence;
 pub mod failure_probability;
 pub mod flights;
 pub mod guarantees;
@@ -23,6 +24,7 @@ pub mod worst;
 use std::path::PathBuf;
 
 use super::error::CampaignError;
+use super::stop::Sequential;
 use super::table::CampaignResults;
 use counts::Counts;
 use document::Document;
@@ -47,8 +49,13 @@ fn html(results: &CampaignResults) -> Result<String, CampaignError> {
     let campaign = results.campaign();
     let quantities = Quantity::all(campaign);
     let mut scan = Scan::new(campaign, &quantities);
+    let mut stop = Sequential::new(campaign);
     for row in results.rows()? {
-        scan.push(&row?, &quantities);
+        let row = row?;
+        scan.push(&row, &quantities);
+        if let Some(stop) = &mut stop {
+            stop.push(&[row]);
+        }
     }
     let mut counts = Counts::new(campaign, &scan);
     for row in results.rows()? {
@@ -56,5 +63,6 @@ fn html(results: &CampaignResults) -> Result<String, CampaignError> {
     }
     let flights = flights::fly(campaign, &flights::choose(campaign, &scan))?;
     let document = Document::new(campaign, &quantities, &scan, &counts, &flights);
-    Ok(page::page(campaign, &scan, &document))
+    let evidence = stop.map(Sequential::evidence).unwrap_or_default();
+    Ok(page::page(campaign, &scan, &document, &evidence))
 }

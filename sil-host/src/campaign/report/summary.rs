@@ -9,7 +9,7 @@ use sim::number::number;
 
 /// The section's content.
 #[must_use]
-pub fn section(campaign: &Campaign, scan: &Scan) -> Markup {
+pub fn section(campaign: &Campaign, scan: &Scan, decided: bool) -> Markup {
     let flown: u64 = scan.variants.iter().map(VariantScan::flown).sum();
     let refused: u64 = scan.variants.iter().map(|it| it.refused).sum();
     let violated = scan.violated();
@@ -32,7 +32,12 @@ pub fn section(campaign: &Campaign, scan: &Scan) -> Markup {
         .tiles {
             @for (value, name) in tiles { .tile { b { (value) } span { (name) } } }
         }
-        @if runs < u64::from(campaign.runs()) {
+        @if decided {
+            p.muted {
+                "The campaign ended after " (runs) " of at most " (campaign.runs()) " runs, as soon as its demand \
+                 was decided."
+            }
+        } @else if runs < u64::from(campaign.runs()) {
             p.fail { "The table has " (runs) " of the campaign's " (campaign.runs()) " runs." }
         }
         (table(campaign, scan))

@@ -1,90 +1,102 @@
 //! Step 2 from the truth: desired attitude (22)-(24) and its error (27), (46).
 
-use ctrl_core::reference::Reference;
-use glam::{DQuat, DVec3, DVec4};
+use crate::lanes::{LANES, Quaternions, Vectors, all, copysign};
 
-use crate::evaluation::Attitude;
-use crate::norm::Norm;
+/// Attitudes at each tick of a block.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Attitude {
+    /// `q_d`.
+    pub desired: Quaternions,
+    /// `q_e`, with the sign that the law chose.
+    pub error: Quaternions,
+}
 
 impl Attitude {
-    /// `auxiliary` is `q_a`, identity for controller 1; `chosen` is the law's own `q_e`.
-    pub(super) fn new(
-        alpha: DVec3,
-        reference: &Reference,
-        auxiliary: DQuat,
-        attitude: DQuat,
-        chosen: DQuat,
+    /// `force` and `left` are the reference's specific force and `b2d`; `auxiliary` is `q_a`, identity for
+    /// controller 1; `chosen` is the law's own `q_e`.
+    pub fn new(
+        alpha: Vectors,
+        (force, left): (Vectors, Vectors),
+        auxiliary: Quaternions,
+        attitude: Quaternions,
+        chosen: Quaternions,
     ) -> Self {
-        let desired = desired_attitude(auxiliary.inverse() * alpha, reference);
+        let desired = desired_attitude(auxiliary.inverse() * alpha, force.unit(), left);
         let error = (auxiliary * desired).inverse() * attitude; // (27), (46)
-        let aligned = error.dot(chosen) >= 0.0;
-        Self { desired, error: if aligned { error } else { -error } }
+        let aligned = error.dot(chosen).simd_ge(all(0.0));
+        Self { desired, error: Quaternions::select(aligned, error, -error) }
     }
 }
 
 /// `q_d` of the desired attitude (22)-(24).
-fn desired_attitude(alpha: DVec3, reference: &Reference) -> DQuat {
+fn desired_attitude(alpha: Vectors, b3d: Vectors, b2d: Vectors) -> Quaternions {
     let r3 = alpha.unit();
-    let b3d = reference.specific_force().value.as_dvec3().unit();
-    let b2d = reference.left_world.as_dvec3();
-    let r2 = (r3.dot(b3d) * b2d - r3.dot(b2d) * b3d).unit();
+    let r2 = (b2d * r3.dot(b3d) - b3d * r3.dot(b2d)).unit();
     quaternion(r2.cross(r3), r2, r3)
 }
 
-/// The quaternion of the rotation with these columns. Like glam's `from_rotation_axes`, but for the
-/// root: see [`Norm`].
-fn quaternion(x: DVec3, y: DVec3, z: DVec3) -> DQuat {
+/// The quaternion of the rotation with these columns, as glam's `from_rotation_axes`.
+fn quaternion(x: Vectors, y: Vectors, z: Vectors) -> Quaternions {
     // A column of 4 q q^T (x, y, z, w); the square at its pivot is at least 1.
-    let (column, pivot) = if z.z <= 0.0 {
-        let (rest, difference) = (1.0 - z.z, y.y - x.x);
-        if difference <= 0.0 {
-            let square = rest - difference;
-            (DVec4::new(square, x.y + y.x, x.z + z.x, y.z - z.y), square)
-        } else {
-            let square = rest + difference;
-            (DVec4::new(x.y + y.x, square, y.z + z.y, z.x - x.z), square)
-        }
-    } else {
-        let (rest, sum) = (1.0 + z.z, y.y + x.x);
-        if sum <= 0.0 {
-            let square = rest - sum;
-            (DVec4::new(x.z + z.x, y.z + z.y, square, x.y - y.x), square)
-        } else {
-            let square = rest + sum;
-            (DVec4::new(y.z - z.y, z.x - x.z, x.y - y.x, square), square)
-        }
+    let down = z.z.simd_le(all(0.0));
+    let rest = down.select(all(1.0) - z.z, all(1.0) + z.z);
+    let other = down.select(y.y - x.x, y.y + x.x);
+    let first = other.simd_le(all(0.0));
+    let square = first.select(rest - other, rest + other);
+    let (xy, zx, yz) = (x.y + y.x, x.z + z.x, y.z + z.y);
+    let (wx, wy, wz) = (y.z - z.y, z.x - x.z, x.y - y.x);
+    let choose = |down_first, down_second, up_first, up_second| {
+        down.select(first.select(down_first, down_second), first.select(up_first, up_second))
     };
-    DQuat::from_vec4(column * (0.5 / pivot.sqrt()))
+    let column = Quaternions {
+        x: choose(square, xy, zx, wx),
+        y: choose(xy, square, yz, wy),
+        z: choose(zx, yz, square, wz),
+        w: choose(wx, wy, wz, square),
+    };
+    column * (all(0.5) / square.sqrt())
 }
 
 /// Rotation vector that turns `from` into `to`, in the axes of `from`, the short way (rad).
-pub(super) fn turn(from: DQuat, to: DQuat) -> DVec3 {
+pub(super) fn turn(from: Quaternions, to: Quaternions) -> Vectors {
     let between = from.inverse() * to;
-    let half = between.xyz() * between.w.signum();
+    let half = between.xyz() * copysign(all(1.0), between.w);
     let sine = half.norm();
-    if sine < 1e-4 {
-        return half * (2.0 + sine * sine / 3.0); // asin to third order
+    let mut factor = all(2.0) + sine * sine / all(3.0); // asin to third order
+    let large = sine.simd_ge(all(1e-4)).to_bitmask();
+    if large != 0 {
+        let (sines, cosines) = (sine.to_array(), between.w.abs().to_array());
+        for lane in (0..LANES).filter(|lane| large >> lane & 1 == 1) {
+            let sine = sines[lane];
+            factor.as_mut_array()[lane] = 2.0 * sine.atan2(cosines[lane]) / sine;
+        }
     }
-    half * (2.0 * sine.atan2(between.w.abs()) / sine)
+    half * factor
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DMat3;
+    use glam::{DMat3, DQuat, DVec3};
 
     #[test]
     fn the_quaternion_has_the_bits_of_glam_in_every_octant() {
         for turn in 0..400 {
             let axis = DVec3::new(1.0, f64::from(turn % 7) - 3.0, f64::from(turn % 5) - 2.0);
             let matrix = DMat3::from_axis_angle(axis.normalize(), 0.1 * f64::from(turn));
-            let got = quaternion(matrix.x_axis, matrix.y_axis, matrix.z_axis);
-            assert_eq!(got, DQuat::from_mat3(&matrix), "{turn}");
+            let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(Vectors::all);
+            assert_eq!(quaternion(x, y, z).lane(2), DQuat::from_mat3(&matrix), "{turn}");
         }
     }
 
     #[test]
     fn turn_recovers_a_rotation_vector_through_both_signs() {
+        let all = |q: DQuat| {
+            let mut all = Quaternions::default();
+            (0..LANES).for_each(|lane| all.set(lane, q));
+            all
+        };
+        let turn = |from, to| turn(all(from), all(to)).lane(1);
         let from = DQuat::from_rotation_x(0.7) * DQuat::from_rotation_z(-1.1);
         for angle in [1e-7, 1e-4, 0.3, 3.0] {
             let vector = angle * DVec3::new(1.0, -2.0, 2.0) / 3.0;

@@ -1,11 +1,18 @@
-//! V and its ingredients at one tick.
+//! V and its ingredients at each tick of a block.
 
 use ctrl_core::controller::StepStatus;
 use glam::DVec3;
 
 use super::adaptation::Resolved;
-use super::parameters::Parameters;
-use crate::evaluation::{Attitude, Evaluation, Increments, Lengths, Translation};
+use super::attitude::Attitude;
+use super::balance::EvaluatedBlock;
+use super::lengths::Lengths;
+use super::parameters::{Parameters, Widths};
+use super::translation::Translation;
+use crate::evaluation::Evaluation;
+use crate::guarantee::block::Block;
+use crate::lanes::{Quaternions, Scalars, Vectors, all};
+use crate::norm::Norm;
 use crate::plant::PlantParameters;
 use crate::tick::Tick;
 use ctrl_core::controller::ControllerConfig;
@@ -27,17 +34,74 @@ pub struct Evaluator {
     inertia: Resolved,
     gyroscopic_ratio: Resolved,
     lasting: [Resolved; 2],
-    increments: Increments,
+    /// Of the latest tick.
+    increments: Increment,
+    /// Room for a block of one tick.
+    single: Option<Box<EvaluatedBlock>>,
 }
 
-/// Estimates of one tick with all their digits.
-struct Estimated {
+/// V and its ingredients at each tick of a block.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Evaluated {
+    /// `w_e` (rad/s).
+    pub rate_error: Vectors,
+    /// `V3` (controller 1) or `V5` (controller 2).
+    pub value: Scalars,
+    /// The part of V due to the estimates; it need not decay.
+    pub parameter_part: Scalars,
+    /// `W`: the guaranteed decrease of V, (36) or (53) (1/s).
+    pub decrease: Scalars,
+    pub translation: Translation,
+    pub attitude: Attitude,
+    pub lengths: Lengths,
+    /// Body z in the world frame.
+    pub body_z: Vectors,
+    /// `J^-1 ((J w) × w)`, weighed as `w_e'` is in V.
+    pub gyroscopic: Vectors,
+    /// `a`, `theta`: true less estimated parameters, zero where adaptation is off.
+    pub inverse_mass_error: Scalars,
+    pub inertia_error: Vectors,
+    /// `d_c - d_hat`, and `t_c - t_hat` or `s_c - s_hat`; zero without integral action.
+    pub lasting_error: [Vectors; 2],
+    /// Widths of the translational and the rotational smooth sign.
+    pub delta: (Widths, Widths),
+    /// Increments of the estimates until the next tick, before projection.
+    pub increments: Increments,
+    /// `beta`.
+    pub inverse_mass: Scalars,
+}
+
+/// Unprojected increments of the estimates over one tick: (14), (35) or (51), (52), integral action.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Increments {
+    pub inverse_mass: Scalars,
+    pub inertia: Vectors,
+    pub gyroscopic_ratio: Vectors,
+    /// Of `d_hat`, and of `t_hat` or `s_hat`.
+    pub lasting: [Vectors; 2],
+}
+
+/// [`Increments`] of one tick.
+#[derive(Clone, Copy, Debug, Default)]
+struct Increment {
     inverse_mass: f64,
-    /// `a_hat` or `theta_hat`.
     inertia: DVec3,
     gyroscopic_ratio: DVec3,
-    /// `d_hat`, and `t_hat` or `s_hat`.
     lasting: [DVec3; 2],
+}
+
+/// Estimates with all their digits, and the thrust that follows from them.
+#[derive(Default)]
+struct Estimated {
+    inverse_mass: Scalars,
+    /// `a_hat` or `theta_hat`.
+    inertia: Vectors,
+    gyroscopic_ratio: Vectors,
+    /// `d_hat`, and `t_hat` or `s_hat`.
+    lasting: [Vectors; 2],
+    /// `alpha` (13) (N), and its length.
+    alpha: Vectors,
+    thrust: Scalars,
 }
 
 impl Evaluator {
@@ -50,52 +114,20 @@ impl Evaluator {
             inertia: Resolved::default(),
             gyroscopic_ratio: Resolved::default(),
             lasting: [Resolved::default(); 2],
-            increments: Increments::default(),
+            increments: Increment::default(),
+            single: None,
         }
     }
 
     /// V at this tick; call once per tick, in order.
+    #[must_use]
     pub fn evaluate(&mut self, tick: &Tick) -> Evaluation {
-        let estimated = self.estimated(tick);
-        let p = &self.parameters;
-        let delta = p.widths(tick.tick);
-        let [d_hat, torque_hat] = estimated.lasting;
-        let translation = Translation::new(p, tick, estimated.inverse_mass, d_hat, delta.0.value);
-        let attitude = Attitude::new(
-            translation.alpha,
-            &tick.reference,
-            tick.auxiliary.attitude.as_dquat(),
-            tick.truth.attitude,
-            tick.intermediates.attitude_error.as_dquat(),
-        );
-        let mu = tick.intermediates.mu.as_dvec3();
-        let rate_error = tick.truth.rate_body - mu - tick.auxiliary.rate.as_dvec3();
-        let mut evaluation = Evaluation {
-            position_error: translation.position_error,
-            attitude_error: attitude.error,
-            rate_error,
-            value: 0.0,
-            parameter_part: 0.0,
-            decrease: p.c * translation.decrease
-                + p.k3 * attitude.error.xyz().length_squared()
-                + p.k4 * rate_error.length_squared(),
-            translation,
-            attitude,
-            lengths: Lengths::new(tick, &translation, attitude.error, rate_error),
-            gyroscopic: p.gyroscopic(tick.truth.rate_body),
-            inverse_mass_error: p.inverse_mass - estimated.inverse_mass,
-            inertia_error: p.inertia_parameter() - estimated.inertia,
-            lasting_error: p
-                .integral
-                .map_or(Default::default(), |it| [it.acceleration - d_hat, it.torque - torque_hat]),
-            delta,
-            increments: Increments::default(),
-            inverse_mass: estimated.inverse_mass,
-        };
-        evaluation.parameter_part = parameter_part(p, &evaluation, estimated.gyroscopic_ratio);
-        evaluation.value = state_part(p, &evaluation) + evaluation.parameter_part;
-        evaluation.increments = increments(p, &evaluation, tick);
-        self.increments = evaluation.increments;
+        let mut single = self.single.take().unwrap_or_default();
+        single.ticks.begin_anew();
+        single.ticks.push(tick);
+        self.evaluate_block(&single.ticks, &mut single.v);
+        let evaluation = single.v.first();
+        self.single = Some(single);
         evaluation
     }
 
@@ -105,97 +137,182 @@ impl Evaluator {
         Tick { evaluation: self.evaluate(tick), ..*tick }
     }
 
-    fn estimated(&mut self, tick: &Tick) -> Estimated {
-        let (p, estimates) = (&self.parameters, &tick.estimates);
+    /// Puts V at each tick of the block that follows the latest into `v`.
+    pub(crate) fn evaluate_block(&mut self, block: &Block, v: &mut Evaluated) {
+        let (p, law) = (self.parameters, &block.law);
+        v.delta = p.widths(&block.ticks);
+        v.translation = Translation::new(&p, block, v.delta.0.value);
+        v.rate_error = block.rate - law.mu - law.auxiliary_rate;
+        v.body_z = block.attitude * Vectors::all(DVec3::Z);
+        v.increments = increments(&p, block, v.translation.g, v.rate_error);
+        let estimated = self.estimates(block, v);
+        v.attitude = Attitude::new(
+            estimated.alpha,
+            (block.reference.specific_force, block.reference.left),
+            law.auxiliary_attitude,
+            block.attitude,
+            law.attitude_error,
+        );
+        let error = v.attitude.error;
+        v.lengths = Lengths::new(block, &v.translation, estimated.thrust, error, v.rate_error);
+        v.decrease = all(p.c) * v.translation.decrease
+            + all(p.k3) * error.xyz().length_squared()
+            + all(p.k4) * v.rate_error.length_squared();
+        v.gyroscopic = p.gyroscopic(block.rate);
+        v.inverse_mass = estimated.inverse_mass;
+        v.inverse_mass_error = all(p.inverse_mass) - estimated.inverse_mass;
+        v.inertia_error = Vectors::all(p.inertia_parameter()) - estimated.inertia;
+        if let Some(integral) = &p.integral {
+            let [d_hat, torque_hat] = estimated.lasting;
+            let (d_c, t_c) = (Vectors::all(integral.acceleration), Vectors::all(integral.torque));
+            v.lasting_error = [d_c - d_hat, t_c - torque_hat];
+        }
+        v.parameter_part = parameter_part(&p, v, estimated.gyroscopic_ratio);
+        v.value = state_part(&p, v) + v.parameter_part;
+    }
+
+    /// The estimates, one tick after the other: each moves by the increment of the tick before, and the
+    /// increment of `beta` follows from the thrust.
+    fn estimates(&mut self, block: &Block, v: &mut Evaluated) -> Estimated {
+        let (p, law) = (self.parameters, &block.law);
         let (reported, set) = if p.saturated.is_some() {
-            let set = (1.0 / p.inertia_set.1, 1.0 / p.inertia_set.0);
-            (estimates.inverse_inertia.as_dvec3(), set)
+            (law.inverse_inertia, (1.0 / p.inertia_set.1, 1.0 / p.inertia_set.0))
         } else {
-            (estimates.inertia.as_dvec3(), p.inertia_set)
+            (law.inertia, p.inertia_set)
         };
-        let increments = self.increments;
-        let lasting = match &p.integral {
-            None => [DVec3::ZERO; 2],
-            Some(integral) => {
-                let [force, torque] = &mut self.lasting;
-                let (d_c, t_c) = integral.bounds;
-                let reported = if p.saturated.is_some() {
-                    tick.lasting.angular_acceleration_body
-                } else {
-                    tick.lasting.torque_body
-                };
-                let d_hat = tick.lasting.acceleration_world.as_dvec3();
-                [
-                    force.advance(increments.lasting[0], (-d_c, d_c), d_hat),
-                    torque.advance(increments.lasting[1], (-t_c, t_c), reported.as_dvec3()),
-                ]
+        let along = v.translation.g.dot(v.body_z).to_array();
+        let mut estimated = Estimated::default();
+        for (lane, along) in along.into_iter().enumerate().take(block.count()) {
+            let before = self.increments;
+            let mut acceleration = v.translation.acceleration.lane(lane);
+            if p.integral.is_some() {
+                let lasting = self.lasting_estimates(block, lane);
+                acceleration -= lasting[0];
+                estimated.lasting[0].set(lane, lasting[0]);
+                estimated.lasting[1].set(lane, lasting[1]);
             }
+            let reported_mass = DVec3::splat(law.inverse_mass.as_array()[lane]);
+            let moved = DVec3::splat(before.inverse_mass);
+            let beta = self.inverse_mass.advance(moved, p.inverse_mass_set, reported_mass).x;
+            let inertia = self.inertia.advance(before.inertia, set, reported.lane(lane));
+            let ratio = law.gyroscopic_ratio.lane(lane);
+            let ratio = self.gyroscopic_ratio.advance(before.gyroscopic_ratio, (-1.0, 1.0), ratio);
+            let alpha = acceleration / beta; // (13)
+            let thrust = alpha.norm();
+            let moved = p.dt * p.gamma1 * thrust * along; // (14)
+            estimated.inverse_mass.as_mut_array()[lane] = beta;
+            estimated.inertia.set(lane, inertia);
+            estimated.gyroscopic_ratio.set(lane, ratio);
+            estimated.alpha.set(lane, alpha);
+            estimated.thrust.as_mut_array()[lane] = thrust;
+            v.increments.inverse_mass.as_mut_array()[lane] = moved;
+            self.increments = v.increments.lane(lane);
+        }
+        estimated
+    }
+
+    /// `d_hat`, and `t_hat` or `s_hat`, in a lane.
+    fn lasting_estimates(&mut self, block: &Block, lane: usize) -> [DVec3; 2] {
+        let (p, law) = (self.parameters, &block.law);
+        let Some(integral) = &p.integral else { return [DVec3::ZERO; 2] };
+        let (d_c, t_c) = integral.bounds;
+        let reported = if p.saturated.is_some() {
+            law.lasting_angular_acceleration
+        } else {
+            law.lasting_torque
         };
-        let inverse_mass = DVec3::splat(estimates.inverse_mass.into());
-        let moved = DVec3::splat(increments.inverse_mass);
-        Estimated {
-            inverse_mass: self.inverse_mass.advance(moved, p.inverse_mass_set, inverse_mass).x,
-            inertia: self.inertia.advance(increments.inertia, set, reported),
-            gyroscopic_ratio: self.gyroscopic_ratio.advance(
-                increments.gyroscopic_ratio,
-                (-1.0, 1.0),
-                estimates.gyroscopic_ratio.as_dvec3(),
-            ),
-            lasting,
+        let [force, torque] = &mut self.lasting;
+        let moved = self.increments.lasting;
+        [
+            force.advance(moved[0], (-d_c, d_c), law.lasting_acceleration.lane(lane)),
+            torque.advance(moved[1], (-t_c, t_c), reported.lane(lane)),
+        ]
+    }
+}
+
+impl Evaluated {
+    /// The first tick's, as data.
+    fn first(&self) -> Evaluation {
+        let first = |x: Scalars| x.to_array()[0];
+        Evaluation {
+            position_error: self.translation.position_error.lane(0),
+            attitude_error: self.attitude.error.lane(0),
+            rate_error: self.rate_error.lane(0),
+            value: first(self.value),
+            parameter_part: first(self.parameter_part),
+            decrease: first(self.decrease),
+        }
+    }
+}
+
+impl Increments {
+    fn lane(&self, lane: usize) -> Increment {
+        Increment {
+            inverse_mass: self.inverse_mass.as_array()[lane],
+            inertia: self.inertia.lane(lane),
+            gyroscopic_ratio: self.gyroscopic_ratio.lane(lane),
+            lasting: [self.lasting[0].lane(lane), self.lasting[1].lane(lane)],
         }
     }
 }
 
 /// The part of V due to position, velocity, attitude and rate.
-fn state_part(p: &Parameters, evaluation: &Evaluation) -> f64 {
-    let error = evaluation.attitude_error;
+fn state_part(p: &Parameters, evaluated: &Evaluated) -> Scalars {
+    let Quaternions { w, .. } = evaluated.attitude.error;
     // 1 - eta = |eps|^2/(1 + eta) keeps its digits near the identity.
-    let attitude =
-        if error.w > 0.0 { error.xyz().length_squared() / (1.0 + error.w) } else { 1.0 - error.w };
-    let rate = evaluation.rate_error;
-    p.c * evaluation.translation.potential + 2.0 * attitude + 0.5 * rate.dot(p.rate_weight() * rate)
+    let near = evaluated.attitude.error.xyz().length_squared() / (all(1.0) + w);
+    let attitude = w.simd_gt(all(0.0)).select(near, all(1.0) - w);
+    let rate = evaluated.rate_error;
+    all(p.c) * evaluated.translation.potential
+        + all(2.0) * attitude
+        + all(0.5) * rate.dot(Vectors::all(p.rate_weight()) * rate)
+}
+
+/// `square/(2 gamma)`; zero where `gamma` is.
+pub(super) fn over(square: Scalars, gamma: f64) -> Scalars {
+    if gamma > 0.0 { all(0.5) * square / all(gamma) } else { all(0.0) }
 }
 
 /// The part of V due to the estimates.
-fn parameter_part(p: &Parameters, evaluation: &Evaluation, ratio: DVec3) -> f64 {
-    let over = |square: f64, gamma: f64| if gamma > 0.0 { 0.5 * square / gamma } else { 0.0 };
-    let mass = over(evaluation.inverse_mass_error.powi(2), p.gamma1);
-    let inertia = over(evaluation.inertia_error.length_squared(), p.gamma2);
-    let ratio = p.saturated.map_or(0.0, |saturated| {
-        over((saturated.gyroscopic_ratio - ratio).length_squared(), saturated.gamma3)
+fn parameter_part(p: &Parameters, evaluated: &Evaluated, ratio: Vectors) -> Scalars {
+    let mass = over(evaluated.inverse_mass_error * evaluated.inverse_mass_error, p.gamma1);
+    let inertia = over(evaluated.inertia_error.length_squared(), p.gamma2);
+    let ratio = p.saturated.map_or(all(0.0), |saturated| {
+        let error = Vectors::all(saturated.gyroscopic_ratio) - ratio;
+        over(error.length_squared(), saturated.gamma3)
     });
-    let lasting = p.integral.map_or(0.0, |integral| {
-        let [acceleration, torque] = evaluation.lasting_error;
-        p.c * over(acceleration.length_squared(), integral.gamma_d)
+    let lasting = p.integral.map_or(all(0.0), |integral| {
+        let [acceleration, torque] = evaluated.lasting_error;
+        all(p.c) * over(acceleration.length_squared(), integral.gamma_d)
             + over(torque.length_squared(), integral.gamma_t)
     });
-    p.c * mass + inertia + ratio + lasting
+    all(p.c) * mass + inertia + ratio + lasting
 }
 
-/// The update laws (14), (35), (51), (52) and those of the integral action over one tick, before projection.
-fn increments(p: &Parameters, evaluation: &Evaluation, tick: &Tick) -> Increments {
-    let (w, w_e) = (tick.truth.rate_body, evaluation.rate_error);
-    let thrust = evaluation.lengths.alpha;
-    let body_z = tick.truth.attitude * DVec3::Z;
-    let inverse_mass = p.dt * p.gamma1 * thrust * evaluation.translation.g.dot(body_z);
+/// The update laws (35), (51), (52) and those of the integral action over one tick, before projection;
+/// that of `beta` (14) needs the thrust.
+fn increments(p: &Parameters, block: &Block, g: Vectors, w_e: Vectors) -> Increments {
+    let w = block.rate;
     let (inertia, gyroscopic_ratio) = match p.saturated {
         None => {
             // Y^T w_e = -w * (w x w_e) + mu' * w_e, element-wise.
-            let mu_dot = tick.intermediates.mu_dot.as_dvec3();
-            (-p.dt * p.gamma2 * (mu_dot * w_e - w * w.cross(w_e)), DVec3::ZERO)
+            ((block.law.mu_dot * w_e - w * w.cross(w_e)) * (-p.dt * p.gamma2), Vectors::default())
         }
-        Some(saturated) => {
-            let torque = tick.output.wrench.torque_body.as_dvec3();
-            let products = DVec3::new(w.y * w.z, w.x * w.z, w.x * w.y);
-            (p.dt * p.gamma2 * torque * w_e, p.dt * saturated.gamma3 * products * w_e)
-        }
+        Some(saturated) => (
+            block.law.torque * (p.dt * p.gamma2) * w_e,
+            products(w) * (p.dt * saturated.gamma3) * w_e,
+        ),
     };
     let lasting = p.integral.map_or(Default::default(), |integral| {
-        let g = evaluation.translation.g;
-        let horizontal = DVec3::new(g.x, g.y, 0.0);
-        [p.dt * integral.gamma_d * horizontal, p.dt * integral.gamma_t * w_e]
+        let horizontal = Vectors { z: all(0.0), ..g };
+        [horizontal * (p.dt * integral.gamma_d), w_e * (p.dt * integral.gamma_t)]
     });
-    Increments { inverse_mass, inertia, gyroscopic_ratio, lasting }
+    Increments { inverse_mass: all(0.0), inertia, gyroscopic_ratio, lasting }
+}
+
+/// `[w2 w3, w1 w3, w1 w2]`.
+pub(super) fn products(w: Vectors) -> Vectors {
+    Vectors { x: w.y * w.z, y: w.x * w.z, z: w.x * w.y }
 }
 
 impl Parameters {
@@ -205,8 +322,9 @@ impl Parameters {
     }
 
     /// `J^-1 ((J w) × w)`, weighed as `w_e'` is in V.
-    fn gyroscopic(&self, w: DVec3) -> DVec3 {
-        (self.inertia * w).cross(w) / self.inertia * self.rate_weight()
+    fn gyroscopic(&self, w: Vectors) -> Vectors {
+        let inertia = Vectors::all(self.inertia);
+        (inertia * w).cross(w) / inertia * Vectors::all(self.rate_weight())
     }
 
     /// The true value of `a_hat` or `theta_hat`.

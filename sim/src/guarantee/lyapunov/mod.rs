@@ -9,21 +9,23 @@
 //!
 //! Integral action adds `c |d_c - d_hat|^2/(2 gamma_d)` and `|t_c - t_hat|^2/(2 gamma_t)`.
 //! A term whose adaptation is switched off (`gamma = 0`) is left out. `docs/guarantees.md` derives
-//! what V may do from one tick to the next along the real closed loop; [`balance`] computes it.
+//! what V may do from one tick to the next along the real closed loop; `balance` computes it. All of it works on
+//! a block of ticks, one per SIMD lane.
 
-pub mod adaptation;
-pub mod attitude;
-pub mod balance;
-pub mod function;
+mod adaptation;
+mod attitude;
+mod balance;
+mod function;
 mod lengths;
-pub mod monitor;
-pub mod parameters;
+mod monitor;
+mod parameters;
 mod rounding;
-pub mod translation;
+mod translation;
 
 #[cfg(test)]
 mod tests;
 
+pub(crate) use balance::EvaluatedBlock;
 pub use balance::SMOOTHING;
 pub use function::Evaluator;
-pub use monitor::LyapunovMonitor;
+pub(crate) use monitor::LyapunovMonitor;

@@ -1,26 +1,24 @@
 //! The guarantee on V: it obeys the balance at every tick, and decreases outside its ultimate set.
 
-use super::balance::{Balance, balance};
-use super::function::OUTSIDE_THE_PROOF;
-use super::parameters::Parameters;
+use super::balance::{Balance, EvaluatedBlock};
+use super::function::{Evaluator, OUTSIDE_THE_PROOF};
+use crate::guarantee::GuaranteeConfig;
+use crate::guarantee::block::Block;
 use crate::guarantee::verdict::{Extreme, Requirement, Verdict};
-use crate::guarantee::{GuaranteeConfig, Monitor};
-use crate::observer::Observer;
+use crate::lanes::{LANES, Scalars, all, later};
 use crate::plant::PlantParameters;
 use crate::plant::actuation::{ActuationConfig, Limits};
-use crate::tick::Tick;
 use ctrl_core::controller::ControllerConfig;
 
 /// Monitor of V over a flight.
 #[derive(Clone, Debug)]
-pub struct LyapunovMonitor {
-    parameters: Parameters,
+pub(crate) struct LyapunovMonitor {
+    evaluator: Evaluator,
     window_length: f64,
     /// `true` if the controller receives the truth and a command within the rotor limits acts at once and
     /// exactly; otherwise nothing is guaranteed of V.
     is_prompt: bool,
     limits: Option<Limits>,
-    previous: Option<Tick>,
     window: Window,
     excess: Extreme,
     rise: Extreme,
@@ -43,9 +41,20 @@ struct Window {
     surplus: f64,
 }
 
+/// Terms of the balance over each tick of a block, for the monitor's sums.
+struct Terms {
+    /// Time (s) and V at the end of each tick.
+    time: [f64; LANES],
+    value: [f64; LANES],
+    change: [f64; LANES],
+    excess: [f64; LANES],
+    model: [f64; LANES],
+    disturbance: [f64; LANES],
+    surplus: [f64; LANES],
+}
+
 impl LyapunovMonitor {
     /// For `law` on the vehicle with the true `parameters` and `actuation`.
-    #[must_use]
     pub fn new(
         config: &GuaranteeConfig,
         law: &ControllerConfig,
@@ -54,11 +63,10 @@ impl LyapunovMonitor {
     ) -> Self {
         let none = Extreme::default();
         Self {
-            parameters: Parameters::new(law, parameters),
+            evaluator: Evaluator::new(law, parameters),
             window_length: config.lyapunov_window,
             is_prompt: actuation.is_prompt(),
             limits: actuation.limits(),
-            previous: None,
             window: Window::default(),
             excess: none,
             rise: none,
@@ -76,65 +84,83 @@ impl LyapunovMonitor {
         self.is_prompt = false;
     }
 
-    /// `true` if the proof does not cover the tick after this one.
-    #[inline]
-    fn excludes(&self, tick: &Tick) -> bool {
-        let cut = |limits: Limits| self.is_prompt && limits.cuts(&tick.output.wrench);
-        tick.output.status.intersects(OUTSIDE_THE_PROOF) || self.limits.is_some_and(cut)
+    /// Evaluates V at the ticks of the block that follows the latest one.
+    pub fn evaluate(&mut self, block: &mut EvaluatedBlock) {
+        self.evaluator.evaluate_block(&block.ticks, &mut block.v);
+        let (values, times) = (block.v.value.to_array(), &block.ticks.time);
+        let last = block.ticks.count() - 1;
+        if self.latest.value().is_none() {
+            self.start = Extreme::at(values[0], times[0]);
+        }
+        self.latest = Extreme::at(values[last], times[last]);
     }
 
-    fn add(&mut self, balance: &Balance, tick: &Tick) {
-        let evaluation = &tick.evaluation;
-        let dt = self.parameters.dt;
-        self.excess.highest(balance.excess(dt), tick.time);
-        self.model.highest(balance.model, tick.time);
-        self.disturbance.highest(balance.disturbance - balance.smoothing, tick.time);
+    /// Judges the balance over the first `count` ticks of `from`, which `next` follows.
+    pub fn judge(&mut self, from: &EvaluatedBlock, next: &EvaluatedBlock, count: usize) {
+        let terms = self.terms(from, next);
+        for lane in 0..count {
+            if self.excludes(&from.ticks, lane) {
+                let count = self.excluded.value().unwrap_or(0.0) + 1.0;
+                self.excluded = Extreme::at(count, terms.time[lane]);
+                self.window = Window::default();
+            } else {
+                self.add(&terms, lane);
+            }
+        }
+    }
+
+    /// `true` if the proof does not cover the tick that begins at that of `lane`.
+    #[inline]
+    fn excludes(&self, ticks: &Block, lane: usize) -> bool {
+        let cut = |limits: Limits| self.is_prompt && limits.cuts(&ticks.command[lane]);
+        ticks.status[lane].intersects(OUTSIDE_THE_PROOF) || self.limits.is_some_and(cut)
+    }
+
+    fn terms(&self, from: &EvaluatedBlock, next: &EvaluatedBlock) -> Terms {
+        let p = &self.evaluator.parameters;
+        let balance = Balance::new(p, from, next);
+        let surplus = all(p.dt) * (balance.decrease - balance.perturbation()) - balance.allowance();
+        Terms {
+            time: later(Scalars::new(from.ticks.time), Scalars::new(next.ticks.time)).to_array(),
+            value: later(from.v.value, next.v.value).to_array(),
+            change: balance.change.to_array(),
+            excess: balance.excess(p.dt).to_array(),
+            model: balance.model.to_array(),
+            disturbance: (balance.disturbance - balance.smoothing).to_array(),
+            surplus: surplus.to_array(),
+        }
+    }
+
+    fn add(&mut self, terms: &Terms, lane: usize) {
+        let (time, value) = (terms.time[lane], terms.value[lane]);
+        self.excess.highest(terms.excess[lane], time);
+        self.model.highest(terms.model[lane], time);
+        self.disturbance.highest(terms.disturbance[lane], time);
         let window = &mut self.window;
         if window.duration == 0.0 {
-            window.start = evaluation.value - balance.change;
+            window.start = value - terms.change[lane];
         }
-        window.duration += dt;
-        window.surplus += dt * (balance.decrease - balance.perturbation()) - balance.allowance();
-        window.value = evaluation.value;
+        window.duration += self.evaluator.parameters.dt;
+        window.surplus += terms.surplus[lane];
+        window.value = value;
         if window.duration >= self.window_length {
             if window.surplus > 0.0 {
                 self.outside += window.duration;
-                self.rise.highest(window.value - window.start, tick.time);
+                self.rise.highest(window.value - window.start, time);
             }
             self.window = Window::default();
         }
     }
-}
 
-impl Observer for LyapunovMonitor {
-    fn observe(&mut self, tick: &Tick) {
-        let evaluation = &tick.evaluation;
-        if let Some(before) = &self.previous {
-            if self.excludes(before) {
-                let count = self.excluded.value().unwrap_or(0.0) + 1.0;
-                self.excluded = Extreme::at(count, tick.time);
-                self.window = Window::default();
-            } else {
-                let balance = balance(&self.parameters, before, tick);
-                self.add(&balance, tick);
-            }
-        } else {
-            self.start = Extreme::at(evaluation.value, tick.time);
-        }
-        self.latest = Extreme::at(evaluation.value, tick.time);
-        self.previous = Some(*tick);
-    }
-}
-
-impl Monitor for LyapunovMonitor {
-    fn verdicts(&self) -> Vec<Verdict> {
+    /// The rows of the table so far.
+    pub fn verdicts(&self) -> Vec<Verdict> {
         let info = Requirement::Information;
         let zero = Requirement::AtMost(0.0);
         // Without a tick on which the command acted exactly there is nothing to judge.
         let is_judged = self.is_prompt && (self.limits.is_none() || self.excess.value().is_some());
         let balanced = if is_judged { zero } else { info };
         let weather = if self.disturbance.value().is_some() { zero } else { balanced };
-        let equation = if self.parameters.saturated.is_some() { "(53)" } else { "(36)" };
+        let equation = if self.evaluator.parameters.saturated.is_some() { "(53)" } else { "(36)" };
         let row = |name, unit, requirement, extreme| {
             Verdict::new((name, equation, unit), requirement, extreme)
         };

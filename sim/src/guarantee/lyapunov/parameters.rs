@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::evaluation::Width;
+use crate::lanes::{LANES, Scalars, all, lanes};
 use crate::plant::PlantParameters;
 use ctrl_core::config::IntegralAction;
 use ctrl_core::controller::ControllerConfig;
@@ -95,25 +95,36 @@ impl Parameters {
         }
     }
 
-    /// Smoothing widths (17) of translation and rotation after `ticks`.
-    pub fn widths(&self, ticks: u64) -> (Width, Width) {
-        let ticks = ticks as f64;
-        let decayed = (-2.0 * self.delta_1 * ticks * self.dt).exp();
+    /// Smoothing widths (17) of translation and rotation, each after that many ticks.
+    pub fn widths(&self, ticks: &[u64; LANES]) -> (Widths, Widths) {
+        let ticks = ticks.map(|ticks| ticks as f64);
+        let decayed = lanes(|lane| (-2.0 * self.delta_1 * ticks[lane] * self.dt).exp());
+        let ticks = Scalars::new(ticks);
         (
-            Width::new(ticks, decayed, self.delta_min_translation),
-            Width::new(ticks, decayed, self.delta_min_rotation),
+            Widths::new(ticks, decayed, self.delta_min_translation),
+            Widths::new(ticks, decayed, self.delta_min_rotation),
         )
     }
 }
 
-impl Width {
+/// Widths of a smooth sign at each tick of a block.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Widths {
+    /// `delta`.
+    pub value: Scalars,
+    /// Bound of the difference to `h` with the core's own width.
+    pub sign_error: Scalars,
+}
+
+impl Widths {
     /// Over the floor `minimum`, when the square of the rest has `decayed` for `ticks`.
-    fn new(ticks: f64, decayed: f64, minimum: f64) -> Self {
-        let square = decayed + minimum * minimum;
+    fn new(ticks: Scalars, decayed: Scalars, minimum: f64) -> Self {
+        let square = decayed + all(minimum * minimum);
         // The core multiplies `decayed` down in f32, half a digit's error a tick; d h/d ln delta is
         // at most 2/(3 sqrt 3).
-        let drift = 0.5 * ticks * 0.5 * f64::from(f32::EPSILON) * decayed / square;
-        Self { value: square.sqrt(), sign_error: drift.min(1.0) * 2.0 / 27f64.sqrt() }
+        let drift = all(0.5) * ticks * all(0.5) * all(f64::from(f32::EPSILON)) * decayed / square;
+        let sign_error = drift.min(all(1.0)) * all(2.0) / all(27f64.sqrt());
+        Self { value: square.sqrt(), sign_error }
     }
 }
 

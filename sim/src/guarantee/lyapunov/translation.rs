@@ -4,68 +4,88 @@ use ctrl_core::vehicle::GRAVITY;
 use glam::DVec3;
 
 use super::parameters::Parameters;
-use crate::evaluation::Translation;
-use crate::tick::Tick;
+use crate::guarantee::block::Block;
+use crate::lanes::{Scalars, Vectors, all, copysign, lanes};
+
+/// Everything translational at each tick of a block.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Translation {
+    pub position_error: Vectors,
+    pub velocity_error: Vectors,
+    /// `sig_1(L1)`.
+    pub sigma_1: Vectors,
+    /// `G` (16).
+    pub g: Vectors,
+    /// `h(G, delta_t)` (17).
+    pub sign: Vectors,
+    /// `beta alpha` (13) before the integral action (m/s^2).
+    pub acceleration: Vectors,
+    /// `V1` without its mass term.
+    pub potential: Scalars,
+    /// `k2 |sig_1 + sig_2|^2 + (k1/k2) L2 . sig_2(L2)` (18).
+    pub decrease: Scalars,
+}
 
 impl Translation {
-    pub(super) fn new(
-        p: &Parameters,
-        tick: &Tick,
-        inverse_mass: f64,
-        d_hat: DVec3,
-        delta: f64,
-    ) -> Self {
-        let (truth, reference) = (&tick.truth, &tick.reference);
-        let e_p = truth.position_world - reference.position_world.as_dvec3();
-        let e_v = truth.velocity_world - reference.velocity_world.as_dvec3();
-        let (l1, l2) = (p.k1 * e_p + p.k2 * e_v, p.k2 * e_v);
-        let (tanh_1, ln_cosh_1) = tanh_and_ln_cosh(l1);
-        let (tanh_2, ln_cosh_2) = tanh_and_ln_cosh(l2);
-        let (sigma_1, sigma_2) = (p.m1 * tanh_1, p.m2 * tanh_2);
-        let g = p.k2 * (sigma_1 + sigma_2) + p.k1 * e_v; // (16)
-        let needed = f64::from(GRAVITY) * DVec3::Z + reference.acceleration_world.as_dvec3();
+    pub(super) fn new(p: &Parameters, block: &Block, delta: Scalars) -> Self {
+        let e_p = block.position - block.reference.position;
+        let e_v = block.velocity - block.reference.velocity;
+        let (l1, l2) = (e_p * p.k1 + e_v * p.k2, e_v * p.k2);
+        let (tanh_1, ln_cosh_1) = tanh_and_ln_cosh(l1, block.count());
+        let (tanh_2, ln_cosh_2) = tanh_and_ln_cosh(l2, block.count());
+        let (sigma_1, sigma_2) = (tanh_1 * p.m1, tanh_2 * p.m2);
+        let g = (sigma_1 + sigma_2) * p.k2 + e_v * p.k1; // (16)
+        let gravity = Vectors::all(f64::from(GRAVITY) * DVec3::Z);
+        let needed = gravity + block.reference.acceleration;
         let sign = smooth_sign(g, delta);
-        let mut acceleration = needed - sigma_1 - sigma_2 - p.d1 * sign;
-        if p.integral.is_some() {
-            acceleration -= d_hat;
-        }
         Self {
             position_error: e_p,
             velocity_error: e_v,
             sigma_1,
             g,
             sign,
-            alpha: acceleration / inverse_mass, // (13)
-            potential: p.m1 * ln_cosh_1 + p.m2 * ln_cosh_2 + 0.5 * p.k1 * e_v.length_squared(),
-            decrease: p.k2 * (sigma_1 + sigma_2).length_squared() + p.k1 / p.k2 * l2.dot(sigma_2),
+            acceleration: needed - sigma_1 - sigma_2 - sign * p.d1,
+            potential: all(p.m1) * ln_cosh_1
+                + all(p.m2) * ln_cosh_2
+                + all(0.5 * p.k1) * e_v.length_squared(),
+            decrease: all(p.k2) * (sigma_1 + sigma_2).length_squared()
+                + all(p.k1 / p.k2) * l2.dot(sigma_2),
         }
     }
 }
 
-/// `tanh(x_j)` for each component, and the sum of `ln cosh(x_j)`, which never overflows.
+/// `tanh(x_j)` for each component, and the sum of `ln cosh(x_j)`, which never overflows, in the first
+/// `count` lanes.
 ///
 /// With `t = exp(-2|x|) - 1`: `tanh|x| = -t/(2 + t)` and `ln cosh x = |x| + ln(1 + t/2)`.
-fn tanh_and_ln_cosh(x: DVec3) -> (DVec3, f64) {
-    let magnitude = x.abs();
-    let t = DVec3::from_array(magnitude.to_array().map(|x| (-2.0 * x).exp_m1()));
-    let tanh = (-t / (t + 2.0)).copysign(x);
-    let logarithms = t.to_array().iter().map(|t| (0.5 * t).ln_1p()).sum::<f64>();
-    (tanh, magnitude.element_sum() + logarithms)
+fn tanh_and_ln_cosh(x: Vectors, count: usize) -> (Vectors, Scalars) {
+    let magnitude = x.map(Scalars::abs);
+    let first = |x: Scalars, f: fn(f64) -> f64| {
+        let x = x.to_array();
+        lanes(|lane| if lane < count { f(x[lane]) } else { 0.0 })
+    };
+    let t = magnitude.map(|x| first(all(-2.0) * x, f64::exp_m1));
+    let tanh = |t: Scalars, x| copysign(-t / (t + all(2.0)), x);
+    let tanh = Vectors { x: tanh(t.x, x.x), y: tanh(t.y, x.y), z: tanh(t.z, x.z) };
+    let logarithms = t.map(|t| first(all(0.5) * t, f64::ln_1p));
+    (tanh, magnitude.element_sum() + logarithms.element_sum())
 }
 
 /// `h(x, delta)` (17).
-pub(super) fn smooth_sign(x: DVec3, delta: f64) -> DVec3 {
-    DVec3::from_array(x.to_array().map(|x| x / (x * x + delta * delta).sqrt()))
+pub(super) fn smooth_sign(x: Vectors, delta: Scalars) -> Vectors {
+    x.map(|x| x / (x * x + delta * delta).sqrt())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::LANES;
 
     #[test]
     fn tanh_and_ln_cosh_match_the_definitions() {
         for x in [-30.0, -2.5, -1e-9, 0.0, 1e-4, 0.7, 300.0] {
-            let (tanh, ln_cosh) = tanh_and_ln_cosh(DVec3::new(x, 0.0, 0.0));
+            let (tanh, ln_cosh) = tanh_and_ln_cosh(Vectors::all(DVec3::new(x, 0.0, 0.0)), LANES);
+            let (tanh, ln_cosh) = (tanh.lane(3), ln_cosh.to_array()[3]);
             assert!((tanh.x - f64::tanh(x)).abs() <= 4e-16, "{x}: {tanh}");
             let expected =
                 if x.abs() < 100.0 { x.cosh().ln() } else { x.abs() - core::f64::consts::LN_2 };
@@ -77,7 +97,7 @@ mod tests {
     fn the_smooth_sign_error_has_the_constant_of_the_balance() {
         let worst = (0..4000)
             .map(|i| f64::from(i) * 1e-3)
-            .map(|x| x - x * smooth_sign(DVec3::new(x, 0.0, 0.0), 1.0).x)
+            .map(|x| x - x * smooth_sign(Vectors::all(DVec3::X * x), all(1.0)).lane(0).x)
             .fold(0.0, f64::max);
         let constant = super::super::balance::SMOOTHING;
         assert!(worst <= constant && worst > constant - 1e-6, "{worst} {constant}");
