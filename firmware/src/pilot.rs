@@ -11,7 +11,7 @@ use ctrl_core::mode::navigation::{
 };
 use ctrl_core::mode::safety::SafetyReport;
 use ctrl_core::mode::{Command, Mode, Refusal};
-use ctrl_core::setpoint::ShaperConfig;
+use ctrl_core::setpoint::{Setpoint, ShaperConfig};
 use ctrl_core::vehicle::VehicleState;
 use heapless::Deque;
 use link::Rejection;
@@ -94,6 +94,21 @@ impl Pilot {
     /// The reason for a refusal.
     pub fn request(&mut self, mode: Mode, request: Request) -> Result<(), NavigationRefusal> {
         self.navigator.request(mode, request)
+    }
+
+    /// Asks the supervisor for something, as the remote control does; dropped while another command waits.
+    pub fn order(&mut self, command: Command) {
+        if self.waiting.is_none() {
+            self.waiting = Some(Queued { command, from_station: false });
+        }
+    }
+
+    /// Takes a set-point of the remote control; it is followed in Offboard.
+    ///
+    /// # Errors
+    /// Names a number that is out of its range.
+    pub fn stream(&mut self, setpoint: Setpoint) -> Result<(), ConfigError> {
+        self.navigator.stream(setpoint)
     }
 
     /// Follows the reaction to hazards of the tick that ended in `mode`, before [`step`](Self::step), and

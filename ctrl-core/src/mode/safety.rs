@@ -179,7 +179,7 @@ impl Safety {
     fn lines(&self, seen: &Observations) -> Hazards {
         let silent = |guard: &Option<Silence>, silence: f32| {
             // What is not a number is silence.
-            guard.is_some_and(|guard| !(silence <= guard.timeout))
+            guard.is_some_and(|guard| silence.is_nan() || silence > guard.timeout)
         };
         let mut present = Hazards::empty();
         present.set(Hazards::LINK_LOST, silent(&self.config.link, seen.link_silence));
@@ -194,7 +194,7 @@ impl Safety {
         let mut present = if flying { state.present & levels } else { Hazards::empty() };
         // Without a measurement nothing changes.
         if let Some(voltage) = voltage {
-            let below = |level: f32| !(voltage >= level);
+            let below = |level: f32| voltage.is_nan() || voltage < level;
             state.low = in_a_row(state.low, below(guard.low));
             state.critical = in_a_row(state.critical, below(guard.critical));
         }
