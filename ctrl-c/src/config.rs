@@ -174,7 +174,7 @@ impl TryFrom<GyrfalconConfig> for ControllerConfig {
 
 impl GyrfalconConfig {
     /// The core's configuration; refuses another version and an unknown kind.
-    pub(crate) fn to_core(self) -> Result<ControllerConfig, Failure> {
+    pub(crate) fn to_core(&self) -> Result<ControllerConfig, Failure> {
         if self.abi_version != GYRFALCON_ABI_VERSION {
             return Err(Failure(GYRFALCON_WRONG_ABI_VERSION));
         }
