@@ -168,7 +168,7 @@ unsafe fn put_controller(
     refusal: Option<&mut GyrfalconRefusal>,
     place: *mut AnyController,
 ) -> Result<(), Failure> {
-    match config.to_core()?.build() {
+    match config.core_config()?.build() {
         // SAFETY: the caller's promise.
         Ok(controller) => unsafe { place.write(controller) },
         Err(error) => return Err(refused(&error, refusal)),
