@@ -48,6 +48,7 @@ fn execute() -> ExitCode {
         Command::Failsafe(arguments) => status(cli::failsafe(&arguments), fly_failure),
         Command::Campaign(arguments) => status(cli::campaign(&arguments), campaign_failure),
         Command::Merge(arguments) => status(cli::merge(&arguments), campaign_failure),
+        Command::Consistency(arguments) => status(cli::consistency(&arguments), |_| WRONG_USAGE),
         Command::Tune(arguments) => status(cli::tune(&arguments), |error| match error {
             TuneError::Infeasible(_) => VIOLATED,
             TuneError::Output(..) => NOT_WRITTEN,
