@@ -76,6 +76,9 @@ fn fly_guarded(loaded: &LoadedScenario) -> Flown {
         }
     }
     for verdict in monitors.verdicts() {
+        if verdict.equation == "guarantees.md" {
+            println!("{}: {verdict}", scenario.name);
+        }
         assert!(verdict.pass, "{}: {verdict}", scenario.name);
     }
     let navigation = flight.navigation().expect("by sensors");

@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use super::Scenario;
 use crate::feedback::StateFeedbackConfig;
 use crate::guarantee::bounds::ThrustBounds;
+use crate::guarantee::state_error;
 use crate::norm::Norm;
 use crate::number::number;
 use crate::plant::actuation::ActuationConfig;
@@ -86,6 +87,15 @@ fn checks(scenario: &Scenario) -> Vec<Check> {
         positive("guarantees.heading_error_max", guarantees.heading_error_max),
         positive("guarantees.lyapunov_window", guarantees.lyapunov_window),
     ];
+    if let Some(errors) = guarantees.state_error {
+        checks.push(positive("guarantees.state_error.position", errors.position));
+        checks.push(positive("guarantees.state_error.velocity", errors.velocity));
+        checks.push(positive("guarantees.state_error.force", errors.force));
+        let (time, law) = (guarantees.settle_time, &scenario.controller);
+        let bound = state_error::position_bound(&errors, time, law).unwrap_or(f64::NEG_INFINITY);
+        const SMALL: &str = "finite: what the errors add must stay below M1 and M2";
+        checks.push(at("guarantees.state_error", bound, |_| true, SMALL));
+    }
     checks.extend(actuation_checks(&scenario.actuation));
     checks.extend(scenario.sensors.iter().flat_map(sensor_checks));
     if let Some(noise) = disturbance.noise {
