@@ -8,11 +8,13 @@ int main(void) {
     gyrfalcon_config config = {
         .struct_size = sizeof config, .abi_version = GYRFALCON_ABI_VERSION, .kind = GYRFALCON_SATURATED,
         .step_period = dt, .reference_acceleration_max = 0.25f,
-        .uncertainty = {{0.7f, 1.0f}, {0.03f, 0.12f}, 0.05f, 0.05f},
+        .uncertainty = {.mass = {0.7f, 1.0f}, .inertia = {GYRFALCON_ALL_AXES(0.03f), GYRFALCON_ALL_AXES(0.12f)},
+                        .disturbance_acceleration = 0.05f, .disturbance_torque = GYRFALCON_ALL_AXES(0.05f)},
         .initial = {0.75f, {0.06f, 0.06f, 0.06f}},
-        .cascade = {.k1 = 0.5f, .k2 = 1.0f, .k3 = 2.0f, .c = 0.001f, .M1 = 0.45f, .M2 = 0.45f, .gamma1 = 0.05f,
-                    .delta_1 = 0.1f, .delta_min_translation = 0.1f, .delta_min_rotation = 0.05f},
-        .thrust_max = 12.0f, .torque_max = 0.05f, .k4 = 4.0f, .k5 = 0.5f, .gamma2 = 0.01f, .gamma3 = 0.01f};
+        .cascade = {.k1 = 0.5f, .k2 = 1.0f, .k3 = GYRFALCON_ALL_AXES(2.0f), .c = 0.001f, .M1 = 0.45f, .M2 = 0.45f,
+                    .gamma1 = 0.05f, .delta_1 = 0.1f, .delta_min_translation = 0.1f, .delta_min_rotation = 0.05f},
+        .thrust_max = 12.0f, .torque_max = GYRFALCON_ALL_AXES(0.05f), .k4 = GYRFALCON_ALL_AXES(4.0f), .k5 = 0.5f,
+        .gamma2 = GYRFALCON_ALL_AXES(0.01f), .gamma3 = 0.01f};
     static gyrfalcon_controller controller;
     gyrfalcon_refusal refusal = {.struct_size = sizeof refusal};
     int32_t result = gyrfalcon_configure(&controller, sizeof controller, &config, &refusal);

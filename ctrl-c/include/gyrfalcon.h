@@ -17,10 +17,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Initialiser of a gyrfalcon_vector: one value for all three axes. */
+#define GYRFALCON_ALL_AXES(value) {(value), (value), (value)}
+
 /**
  * Version of this interface: of the layout of its structs and of the meaning of its codes.
  */
-#define GYRFALCON_ABI_VERSION 1
+#define GYRFALCON_ABI_VERSION 2
 
 /**
  * Done.
@@ -131,12 +134,12 @@
 /**
  * Words of eight bytes in a controller's memory.
  */
-#define GYRFALCON_CONTROLLER_WORDS 64
+#define GYRFALCON_CONTROLLER_WORDS 80
 
 /**
  * Bytes of a controller's memory.
  */
-#define GYRFALCON_CONTROLLER_SIZE 512
+#define GYRFALCON_CONTROLLER_SIZE 640
 
 /**
  * The wrench is the last one that was computed from good input (or the safe initial one).
@@ -229,28 +232,6 @@ typedef struct {
 } gyrfalcon_interval;
 
 /**
- * Known bounds of the vehicle and of its disturbances.
- */
-typedef struct {
-    /**
-     * The mass lies inside (kg).
-     */
-    gyrfalcon_interval mass;
-    /**
-     * Each principal moment of inertia lies inside (kg m^2).
-     */
-    gyrfalcon_interval inertia;
-    /**
-     * Bound of each component of the disturbance acceleration (m/s^2).
-     */
-    float disturbance_acceleration;
-    /**
-     * Bound of each component of the disturbance torque (N m).
-     */
-    float disturbance_torque;
-} gyrfalcon_uncertainty;
-
-/**
  * A vector.
  */
 typedef struct {
@@ -267,6 +248,42 @@ typedef struct {
      */
     float z;
 } gyrfalcon_vector;
+
+/**
+ * A closed interval per body axis.
+ */
+typedef struct {
+    /**
+     * Smallest values.
+     */
+    gyrfalcon_vector lower;
+    /**
+     * Largest values.
+     */
+    gyrfalcon_vector upper;
+} gyrfalcon_vector_interval;
+
+/**
+ * Known bounds of the vehicle and of its disturbances.
+ */
+typedef struct {
+    /**
+     * The mass lies inside (kg).
+     */
+    gyrfalcon_interval mass;
+    /**
+     * Each principal moment of inertia lies inside that of its axis (kg m^2).
+     */
+    gyrfalcon_vector_interval inertia;
+    /**
+     * Bound of each component of the disturbance acceleration (m/s^2).
+     */
+    float disturbance_acceleration;
+    /**
+     * Bound of the disturbance torque about each body axis (N m).
+     */
+    gyrfalcon_vector disturbance_torque;
+} gyrfalcon_uncertainty;
 
 /**
  * Estimates at the first step.
@@ -295,9 +312,9 @@ typedef struct {
      */
     float k2;
     /**
-     * Attitude gain (1/s).
+     * Attitude gain about each body axis (1/s).
      */
-    float k3;
+    gyrfalcon_vector k3;
     /**
      * Weight of the translational Lyapunov function.
      */
@@ -387,21 +404,22 @@ typedef struct {
      */
     gyrfalcon_cascade cascade;
     /**
-     * Rate gain: of controller 1 (N m s), of controller 2 (1/s).
+     * Rate gain about each body axis: of controller 1 (N m s), of controller 2 (1/s).
      */
-    float k4;
+    gyrfalcon_vector k4;
     /**
-     * Adaptation gain of the inertia (controller 1) or of its inverse (controller 2); zero switches it off.
+     * Adaptation gain of the inertia (controller 1) or of its inverse (controller 2) about each body axis; zero
+     * switches it off.
      */
-    float gamma2;
+    gyrfalcon_vector gamma2;
     /**
      * Thrust limit (N); controller 2 only.
      */
     float thrust_max;
     /**
-     * Limit of each torque component (N m); controller 2 only.
+     * Limit of the torque about each body axis (N m); controller 2 only.
      */
-    float torque_max;
+    gyrfalcon_vector torque_max;
     /**
      * Attitude gain of the auxiliary system (1/s); controller 2 only.
      */
@@ -609,9 +627,9 @@ typedef struct {
      */
     float thrust_max;
     /**
-     * Bound of each torque component (N m); `FLT_MAX` for controller 1, which has none.
+     * Bound of the torque about each body axis (N m); `FLT_MAX` for controller 1, which has none.
      */
-    float torque_max;
+    gyrfalcon_vector torque_max;
 } gyrfalcon_bounds;
 
 /**

@@ -7,7 +7,7 @@ use ctrl_core::vehicle::{InitialEstimate, Uncertainty};
 use crate::access::Sized32;
 use crate::result::code::{GYRFALCON_UNKNOWN_KIND, GYRFALCON_WRONG_ABI_VERSION};
 use crate::result::{Failure, GYRFALCON_ABI_VERSION};
-use crate::types::{GyrfalconInterval, GyrfalconVector};
+use crate::types::{GyrfalconInterval, GyrfalconVector, GyrfalconVectorInterval};
 
 /// `kind` of controller 1, the robust adaptive controller (Theorem 1).
 pub const GYRFALCON_ROBUST_ADAPTIVE: u32 = 1;
@@ -20,12 +20,12 @@ pub const GYRFALCON_SATURATED: u32 = 2;
 pub struct GyrfalconUncertainty {
     /// The mass lies inside (kg).
     pub mass: GyrfalconInterval,
-    /// Each principal moment of inertia lies inside (kg m^2).
-    pub inertia: GyrfalconInterval,
+    /// Each principal moment of inertia lies inside that of its axis (kg m^2).
+    pub inertia: GyrfalconVectorInterval,
     /// Bound of each component of the disturbance acceleration (m/s^2).
     pub disturbance_acceleration: f32,
-    /// Bound of each component of the disturbance torque (N m).
-    pub disturbance_torque: f32,
+    /// Bound of the disturbance torque about each body axis (N m).
+    pub disturbance_torque: GyrfalconVector,
 }
 
 /// Estimates at the first step.
@@ -47,8 +47,8 @@ pub struct GyrfalconCascade {
     pub k1: f32,
     /// Velocity gain inside the saturations (s/m).
     pub k2: f32,
-    /// Attitude gain (1/s).
-    pub k3: f32,
+    /// Attitude gain about each body axis (1/s).
+    pub k3: GyrfalconVector,
     /// Weight of the translational Lyapunov function.
     pub c: f32,
     /// Limit of the position part of the commanded acceleration (m/s^2).
@@ -99,14 +99,15 @@ pub struct GyrfalconConfig {
     pub initial: GyrfalconInitial,
     /// Gains of the shared cascade.
     pub cascade: GyrfalconCascade,
-    /// Rate gain: of controller 1 (N m s), of controller 2 (1/s).
-    pub k4: f32,
-    /// Adaptation gain of the inertia (controller 1) or of its inverse (controller 2); zero switches it off.
-    pub gamma2: f32,
+    /// Rate gain about each body axis: of controller 1 (N m s), of controller 2 (1/s).
+    pub k4: GyrfalconVector,
+    /// Adaptation gain of the inertia (controller 1) or of its inverse (controller 2) about each body axis; zero
+    /// switches it off.
+    pub gamma2: GyrfalconVector,
     /// Thrust limit (N); controller 2 only.
     pub thrust_max: f32,
-    /// Limit of each torque component (N m); controller 2 only.
-    pub torque_max: f32,
+    /// Limit of the torque about each body axis (N m); controller 2 only.
+    pub torque_max: GyrfalconVector,
     /// Attitude gain of the auxiliary system (1/s); controller 2 only.
     pub k5: f32,
     /// Adaptation gain of the gyroscopic ratios; zero switches it off; controller 2 only.
@@ -123,7 +124,7 @@ impl From<GyrfalconUncertainty> for Uncertainty {
             mass: known.mass.into(),
             inertia: known.inertia.into(),
             disturbance_acceleration: known.disturbance_acceleration,
-            disturbance_torque: known.disturbance_torque,
+            disturbance_torque: known.disturbance_torque.into(),
         }
     }
 }
@@ -139,7 +140,7 @@ impl From<GyrfalconCascade> for CascadeGains {
         Self {
             k1: gains.k1,
             k2: gains.k2,
-            k3: gains.k3,
+            k3: gains.k3.into(),
             c: gains.c,
             m1: gains.M1,
             m2: gains.M2,
@@ -185,8 +186,8 @@ impl GyrfalconConfig {
                     uncertainty: self.uncertainty.into(),
                     initial: self.initial.into(),
                     cascade: self.cascade.into(),
-                    k4: self.k4,
-                    gamma2: self.gamma2,
+                    k4: self.k4.into(),
+                    gamma2: self.gamma2.into(),
                     integral: self.integral.into(),
                 }))
             }
@@ -197,10 +198,10 @@ impl GyrfalconConfig {
                 initial: self.initial.into(),
                 cascade: self.cascade.into(),
                 thrust_max: self.thrust_max,
-                torque_max: self.torque_max,
-                k4: self.k4,
+                torque_max: self.torque_max.into(),
+                k4: self.k4.into(),
                 k5: self.k5,
-                gamma2: self.gamma2,
+                gamma2: self.gamma2.into(),
                 gamma3: self.gamma3,
                 integral: self.integral.into(),
             })),
@@ -221,18 +222,18 @@ impl From<&ControllerConfig> for GyrfalconConfig {
             reference_acceleration_max: config.reference_acceleration_max(),
             uncertainty: GyrfalconUncertainty {
                 mass: GyrfalconInterval { lower: known.mass.lower, upper: known.mass.upper },
-                inertia: GyrfalconInterval {
-                    lower: known.inertia.lower,
-                    upper: known.inertia.upper,
+                inertia: GyrfalconVectorInterval {
+                    lower: known.inertia.lower.into(),
+                    upper: known.inertia.upper.into(),
                 },
                 disturbance_acceleration: known.disturbance_acceleration,
-                disturbance_torque: known.disturbance_torque,
+                disturbance_torque: known.disturbance_torque.into(),
             },
             initial: GyrfalconInitial { mass: initial.mass, inertia: initial.inertia.into() },
             cascade: GyrfalconCascade {
                 k1: gains.k1,
                 k2: gains.k2,
-                k3: gains.k3,
+                k3: gains.k3.into(),
                 c: gains.c,
                 M1: gains.m1,
                 M2: gains.m2,
@@ -250,15 +251,18 @@ impl From<&ControllerConfig> for GyrfalconConfig {
             ..Self::default()
         };
         match config {
-            ControllerConfig::RobustAdaptive(own) => {
-                Self { kind: GYRFALCON_ROBUST_ADAPTIVE, k4: own.k4, gamma2: own.gamma2, ..shared }
-            }
+            ControllerConfig::RobustAdaptive(own) => Self {
+                kind: GYRFALCON_ROBUST_ADAPTIVE,
+                k4: own.k4.into(),
+                gamma2: own.gamma2.into(),
+                ..shared
+            },
             ControllerConfig::Saturated(own) => Self {
                 kind: GYRFALCON_SATURATED,
-                k4: own.k4,
-                gamma2: own.gamma2,
+                k4: own.k4.into(),
+                gamma2: own.gamma2.into(),
                 thrust_max: own.thrust_max,
-                torque_max: own.torque_max,
+                torque_max: own.torque_max.into(),
                 k5: own.k5,
                 gamma3: own.gamma3,
                 ..shared

@@ -86,8 +86,8 @@ pub struct GyrfalconBounds {
     pub thrust_min: f32,
     /// Upper thrust bound (N).
     pub thrust_max: f32,
-    /// Bound of each torque component (N m); `FLT_MAX` for controller 1, which has none.
-    pub torque_max: f32,
+    /// Bound of the torque about each body axis (N m); `FLT_MAX` for controller 1, which has none.
+    pub torque_max: GyrfalconVector,
 }
 
 impl GyrfalconOutput {
@@ -206,7 +206,7 @@ pub unsafe extern "C" fn gyrfalcon_get_bounds(
             struct_size: GyrfalconBounds::SIZE,
             thrust_min: own.thrust_min,
             thrust_max: own.thrust_max,
-            torque_max: own.torque_max,
+            torque_max: own.torque_max.into(),
         };
     }))
 }

@@ -49,7 +49,7 @@ pub use refusal::{GYRFALCON_NAME_SIZE, GyrfalconRefusal, bound};
 pub use result::{GYRFALCON_ABI_VERSION, code, gyrfalcon_result_text};
 pub use types::{
     GyrfalconInterval, GyrfalconQuaternion, GyrfalconReference, GyrfalconVector,
-    GyrfalconVehicleState,
+    GyrfalconVectorInterval, GyrfalconVehicleState,
 };
 
 #[cfg(feature = "static-library")]

@@ -3,7 +3,7 @@
 use core::mem::offset_of;
 
 use ctrl_core::reference::Reference;
-use ctrl_core::vehicle::{Interval, VehicleState};
+use ctrl_core::vehicle::{Interval, VectorInterval, VehicleState};
 use glam::{Quat, Vec3};
 
 use crate::access::Sized32;
@@ -42,6 +42,16 @@ pub struct GyrfalconInterval {
     pub lower: f32,
     /// Largest value.
     pub upper: f32,
+}
+
+/// A closed interval per body axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct GyrfalconVectorInterval {
+    /// Smallest values.
+    pub lower: GyrfalconVector,
+    /// Largest values.
+    pub upper: GyrfalconVector,
 }
 
 /// State of the vehicle at one tick.
@@ -118,6 +128,12 @@ impl From<Quat> for GyrfalconQuaternion {
 impl From<GyrfalconInterval> for Interval {
     fn from(interval: GyrfalconInterval) -> Self {
         Self { lower: interval.lower, upper: interval.upper }
+    }
+}
+
+impl From<GyrfalconVectorInterval> for VectorInterval {
+    fn from(interval: GyrfalconVectorInterval) -> Self {
+        Self { lower: interval.lower.into(), upper: interval.upper.into() }
     }
 }
 

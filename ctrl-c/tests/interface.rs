@@ -14,8 +14,19 @@ use glam::{Quat, Vec3};
 use gyrfalcon::code::{GYRFALCON_OK, GYRFALCON_PARAMETER_REFUSED};
 use gyrfalcon::*;
 
-/// The paper's example under either controller.
-fn configs() -> [ControllerConfig; 2] {
+/// The same with other gains and bounds about each axis.
+fn unlike(mut config: GyrfalconConfig) -> GyrfalconConfig {
+    config.k4.z *= 0.8;
+    config.gamma2.y *= 0.5;
+    config.torque_max.z *= 0.3;
+    config.cascade.k3.y *= 0.9;
+    config.uncertainty.disturbance_torque.z *= 0.2;
+    config.uncertainty.inertia.upper.z *= 1.5;
+    config
+}
+
+/// The paper's example under either controller, with axes that are alike and unlike.
+fn configs() -> [ControllerConfig; 4] {
     let interval = |lower, upper| GyrfalconInterval { lower, upper };
     let splat = |x| GyrfalconVector { x, y: x, z: x };
     let config = GyrfalconConfig {
@@ -26,15 +37,15 @@ fn configs() -> [ControllerConfig; 2] {
         reference_acceleration_max: 0.25,
         uncertainty: GyrfalconUncertainty {
             mass: interval(0.7, 1.0),
-            inertia: interval(0.03, 0.12),
+            inertia: GyrfalconVectorInterval { lower: splat(0.03), upper: splat(0.12) },
             disturbance_acceleration: 0.05,
-            disturbance_torque: 0.05,
+            disturbance_torque: splat(0.05),
         },
         initial: GyrfalconInitial { mass: 0.75, inertia: splat(0.06) },
         cascade: GyrfalconCascade {
             k1: 0.5,
             k2: 1.0,
-            k3: 2.0,
+            k3: splat(2.0),
             c: 0.001,
             M1: 0.45,
             M2: 0.45,
@@ -43,16 +54,16 @@ fn configs() -> [ControllerConfig; 2] {
             delta_min_translation: 0.1,
             delta_min_rotation: 0.05,
         },
-        k4: 4.0,
-        gamma2: 0.01,
+        k4: splat(4.0),
+        gamma2: splat(0.01),
         thrust_max: 12.0,
-        torque_max: 0.05,
+        torque_max: splat(0.05),
         k5: 0.5,
         gamma3: 0.01,
         integral: GyrfalconIntegral::default(),
     };
-    let first = GyrfalconConfig { kind: GYRFALCON_ROBUST_ADAPTIVE, k4: 0.5, ..config };
-    [first, config]
+    let first = GyrfalconConfig { kind: GYRFALCON_ROBUST_ADAPTIVE, k4: splat(0.5), ..config };
+    [first, unlike(first), config, unlike(config)]
         .map(|config| ControllerConfig::try_from(config).expect("known kind and version"))
 }
 
@@ -147,7 +158,7 @@ fn every_refusal_fits_and_has_a_bound_that_the_header_names() {
 fn refusals_are_those_of_the_core() {
     for config in configs() {
         let mut c: GyrfalconConfig = (&config).into();
-        c.cascade.k3 = -1.0;
+        c.cascade.k3.y = -1.0;
         let error = ControllerConfig::try_from(c).unwrap().build().unwrap_err();
         let mut refusal = GyrfalconRefusal::EMPTY;
         let mut controller = GyrfalconController::EMPTY;

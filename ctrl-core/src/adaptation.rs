@@ -10,9 +10,9 @@ use glam::Vec3;
 
 /// A number or a vector that can be clamped element-wise.
 pub trait Projected: Copy + Default + PartialEq + Add<Output = Self> + Sub<Output = Self> {
-    /// Clamps each element to `[lower, upper]`; where that changes it, `carry` becomes zero.
-    /// Returns `true` if it changed any.
-    fn project(&mut self, lower: f32, upper: f32, carry: &mut Self) -> bool;
+    /// Clamps each element to its interval of `[lower, upper]`; where that changes it, `carry` becomes
+    /// zero. Returns `true` if it changed any.
+    fn project(&mut self, lower: Self, upper: Self, carry: &mut Self) -> bool;
 }
 
 impl Projected for f32 {
@@ -32,10 +32,10 @@ impl Projected for f32 {
 
 impl Projected for Vec3 {
     #[inline(always)]
-    fn project(&mut self, lower: f32, upper: f32, carry: &mut Self) -> bool {
-        let x = self.x.project(lower, upper, &mut carry.x);
-        let y = self.y.project(lower, upper, &mut carry.y);
-        let z = self.z.project(lower, upper, &mut carry.z);
+    fn project(&mut self, lower: Self, upper: Self, carry: &mut Self) -> bool {
+        let x = self.x.project(lower.x, upper.x, &mut carry.x);
+        let y = self.y.project(lower.y, upper.y, &mut carry.y);
+        let z = self.z.project(lower.z, upper.z, &mut carry.z);
         x | y | z
     }
 }
@@ -64,7 +64,7 @@ impl<T: Projected> Estimate<T> {
 
     /// Adds `increment` and projects onto `[lower, upper]`; returns `true` if the projection acted.
     #[inline(always)]
-    pub fn advance(&mut self, increment: T, lower: f32, upper: f32) -> bool {
+    pub fn advance(&mut self, increment: T, lower: T, upper: T) -> bool {
         let wanted = increment - self.excess;
         let sum = self.value + wanted;
         self.excess = (sum - self.value) - wanted;
@@ -94,10 +94,18 @@ mod tests {
     fn the_projection_holds_the_border_and_lets_go_at_once() {
         let mut estimate = Estimate::new(Vec3::splat(0.5));
         for _ in 0..10 {
-            estimate.advance(Vec3::new(0.3, -0.3, 1e-9), 0.0, 1.0);
+            estimate.advance(Vec3::new(0.3, -0.3, 1e-9), Vec3::ZERO, Vec3::ONE);
         }
         assert_eq!(estimate.value(), Vec3::new(1.0, 0.0, 0.5));
-        assert!(!estimate.advance(Vec3::new(-0.25, 0.25, 0.0), 0.0, 1.0));
+        assert!(!estimate.advance(Vec3::new(-0.25, 0.25, 0.0), Vec3::ZERO, Vec3::ONE));
         assert_eq!(estimate.value(), Vec3::new(0.75, 0.25, 0.5));
+    }
+
+    #[test]
+    fn each_element_has_an_interval_of_its_own() {
+        let mut estimate = Estimate::new(Vec3::splat(0.5));
+        let (lower, upper) = (Vec3::new(0.0, 0.4, 0.0), Vec3::new(1.0, 1.0, 0.6));
+        assert!(estimate.advance(Vec3::new(0.3, -0.3, 0.3), lower, upper));
+        assert_eq!(estimate.value(), Vec3::new(0.8, 0.4, 0.6));
     }
 }

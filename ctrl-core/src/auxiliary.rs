@@ -86,15 +86,15 @@ impl AuxiliaryTerms {
 /// Integration of the auxiliary system at a fixed step, prepared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AuxiliaryIntegrator {
-    /// `1/(1 + k4 dt)`: one implicit step of the decay in (39).
-    decay: f32,
+    /// `1/(1 + k4 dt)`: one implicit step of the decay in (39), about each axis.
+    decay: Vec3,
     /// Largest auxiliary rate that a step follows (rad/s).
     pub rate_max: f32,
 }
 
 impl AuxiliaryIntegrator {
-    /// Prepares steps of `step_period` (s) with rate gain `k4` (1/s).
-    pub fn new(k4: f32, step_period: f32) -> Self {
+    /// Prepares steps of `step_period` (s) with rate gain `k4` about each axis (1/s).
+    pub fn new(k4: Vec3, step_period: f32) -> Self {
         Self { decay: 1.0 / (1.0 + k4 * step_period), rate_max: TURN_MAX / step_period }
     }
 
@@ -120,7 +120,7 @@ impl AuxiliaryIntegrator {
         let mut status = StepStatus::empty();
         let square = rate.length_squared();
         if square > self.rate_max * self.rate_max {
-            rate = clip(rate, self.rate_max);
+            rate = clip(rate, Vec3::splat(self.rate_max));
             status = StepStatus::AUXILIARY_CLIPPED;
         }
         let moving = saturated || square + next.length_squared() > REST_SQUARE;
@@ -135,6 +135,6 @@ pub(crate) fn attitude_rate(auxiliary: Option<Auxiliary>, rate_world: Vec3) -> V
 }
 
 /// `w_a'` (39), for an observer.
-pub(crate) fn rate_dot(auxiliary: Option<Auxiliary>, k4: f32, drive: Vec3) -> Vec3 {
+pub(crate) fn rate_dot(auxiliary: Option<Auxiliary>, k4: Vec3, drive: Vec3) -> Vec3 {
     drive - k4 * auxiliary.unwrap_or(Auxiliary::REST).rate
 }

@@ -1,6 +1,7 @@
 //! Configuration by the user: plain structs with units, checked once by a controller's constructor.
 //!
-//! Gains carry the symbols of `docs/theory.md`; everything else is spelled out. The structs can be
+//! Gains carry the symbols of `docs/theory.md`; everything else is spelled out. What the proofs allow to
+//! differ from one body axis to the next is a vector; in a file one number stands for all three. The structs can be
 //! written as literals, and are not `#[non_exhaustive]` on purpose: a gain that was not chosen has no
 //! guarantee, so a new one is an error of the compiler in a dependant, in a release that says so.
 
@@ -19,8 +20,9 @@ pub struct CascadeGains {
     pub k1: f32,
     /// `k2`: velocity gain inside the saturations (s/m).
     pub k2: f32,
-    /// `k3`: attitude gain (1/s).
-    pub k3: f32,
+    /// `k3`: attitude gain about each body axis (1/s).
+    #[cfg_attr(feature = "serde", serde(with = "crate::per_axis"))]
+    pub k3: Vec3,
     /// `c`: weight of the translational Lyapunov function; `c = 1` is the printed law, and zero
     /// leaves out the coupling term of (31), (49).
     pub c: f32,
@@ -80,10 +82,12 @@ pub struct RobustAdaptiveConfig {
     pub initial: InitialEstimate,
     /// Gains of the shared cascade.
     pub cascade: CascadeGains,
-    /// `k4`: rate gain (N m s).
-    pub k4: f32,
-    /// `gamma2`: adaptation gain of the inertia; zero switches it off.
-    pub gamma2: f32,
+    /// `k4`: rate gain about each body axis (N m s).
+    #[cfg_attr(feature = "serde", serde(with = "crate::per_axis"))]
+    pub k4: Vec3,
+    /// `gamma2`: adaptation gain of the inertia about each body axis; zero switches it off.
+    #[cfg_attr(feature = "serde", serde(with = "crate::per_axis"))]
+    pub gamma2: Vec3,
     /// Integral action against lasting disturbances; off by default.
     #[cfg_attr(feature = "serde", serde(default))]
     pub integral: IntegralAction,
@@ -106,14 +110,17 @@ pub struct SaturatedConfig {
     pub cascade: CascadeGains,
     /// `M_f`: thrust limit (N).
     pub thrust_max: f32,
-    /// `M_tau`: limit of each torque component (N m).
-    pub torque_max: f32,
-    /// `k4`: rate gain (1/s).
-    pub k4: f32,
+    /// `M_tau`: limit of the torque about each body axis (N m).
+    #[cfg_attr(feature = "serde", serde(with = "crate::per_axis"))]
+    pub torque_max: Vec3,
+    /// `k4`: rate gain about each body axis (1/s).
+    #[cfg_attr(feature = "serde", serde(with = "crate::per_axis"))]
+    pub k4: Vec3,
     /// `k5`: attitude gain of the auxiliary system (1/s).
     pub k5: f32,
-    /// `gamma2`: adaptation gain of the inverse inertia; zero switches it off.
-    pub gamma2: f32,
+    /// `gamma2`: adaptation gain of the inverse inertia about each body axis; zero switches it off.
+    #[cfg_attr(feature = "serde", serde(with = "crate::per_axis"))]
+    pub gamma2: Vec3,
     /// `gamma3`: adaptation gain of the gyroscopic ratios; zero switches it off.
     pub gamma3: f32,
     /// Integral action against lasting disturbances; off by default.

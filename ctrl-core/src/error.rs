@@ -3,6 +3,10 @@
 
 use core::fmt;
 
+use glam::Vec3;
+
+use crate::vehicle::Interval;
+
 /// A parameter outside the set in which the guarantees hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -66,6 +70,12 @@ impl Bound {
             Self::AtLeast(limit) => (limit, f32::MAX),
             Self::Inside(lower, upper) => (lower, upper),
         }
+    }
+}
+
+impl From<Interval> for Bound {
+    fn from(Interval { lower, upper }: Interval) -> Self {
+        Self::Inside(lower, upper)
     }
 }
 
@@ -142,7 +152,50 @@ pub(crate) trait Judge {
     ) -> Result<(), ConfigError> {
         self.judge(Condition { parameter, value, bound, source })
     }
+
+    /// A condition on each axis of `value`; one condition while all axes are alike.
+    fn require_axes(
+        &mut self,
+        names: &'static AxisNames,
+        value: Vec3,
+        bounds: [Bound; 3],
+        source: &'static str,
+    ) -> Result<(), ConfigError> {
+        let [x, y, z] = value.to_array();
+        let alike = x.to_bits() == y.to_bits() && x.to_bits() == z.to_bits();
+        if alike && bounds[0] == bounds[1] && bounds[0] == bounds[2] {
+            return self.require(names.all, x, bounds[0], source);
+        }
+        let [of_x, of_y, of_z] = bounds;
+        self.require(names.each[0], x, of_x, source)?;
+        self.require(names.each[1], y, of_y, source)?;
+        self.require(names.each[2], z, of_z, source)
+    }
 }
+
+/// Names of a condition on the three body axes: on all of them, while they are alike, and on each.
+#[derive(Clone, Copy)]
+pub(crate) struct AxisNames {
+    pub all: &'static str,
+    pub each: [&'static str; 3],
+}
+
+/// [`AxisNames`] of a field, `name[0]`, or of an expression, `name about x`.
+macro_rules! axis_names {
+    ($name:literal) => {
+        axis_names!($name, "[0]", "[1]", "[2]")
+    };
+    (expression $name:literal) => {
+        axis_names!($name, " about x", " about y", " about z")
+    };
+    ($name:literal, $x:literal, $y:literal, $z:literal) => {
+        &$crate::error::AxisNames {
+            all: $name,
+            each: [concat!($name, $x), concat!($name, $y), concat!($name, $z)],
+        }
+    };
+}
+pub(crate) use axis_names;
 
 /// The constructors' judge: the first condition that does not hold is the error.
 pub(crate) struct Strict;

@@ -29,25 +29,27 @@
 //! use ctrl_core::controller::TrackingController;
 //! use ctrl_core::reference::Reference;
 //! use ctrl_core::robust_adaptive::RobustAdaptive;
-//! use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VehicleState};
+//! use ctrl_core::vehicle::{
+//!     InitialEstimate, Interval, Uncertainty, VectorInterval, VehicleState,
+//! };
 //! use glam::Vec3;
 //!
 //! let controller = RobustAdaptive::new(&RobustAdaptiveConfig {
 //!     step_period: 1e-3,               // s
 //!     reference_acceleration_max: 0.3, // m/s^2
 //!     uncertainty: Uncertainty {
-//!         mass: Interval { lower: 0.7, upper: 1.0 },      // kg
-//!         inertia: Interval { lower: 0.03, upper: 0.12 }, // kg m^2
-//!         disturbance_acceleration: 0.05,                 // m/s^2
-//!         disturbance_torque: 0.05,                       // N m
+//!         mass: Interval { lower: 0.7, upper: 1.0 },     // kg
+//!         inertia: VectorInterval::splat(0.03, 0.12),    // kg m^2, about each axis
+//!         disturbance_acceleration: 0.05,                // m/s^2
+//!         disturbance_torque: Vec3::new(0.05, 0.05, 0.02), // N m
 //!     },
 //!     initial: InitialEstimate { mass: 0.8, inertia: Vec3::splat(0.06) },
 //!     cascade: CascadeGains {
-//!         k1: 1.0, k2: 0.8, k3: 3.0, c: 0.1, m1: 2.0, m2: 2.0, gamma1: 0.05,
+//!         k1: 1.0, k2: 0.8, k3: Vec3::splat(3.0), c: 0.1, m1: 2.0, m2: 2.0, gamma1: 0.05,
 //!         delta_1: 0.1, delta_min_translation: 0.1, delta_min_rotation: 0.05,
 //!     },
-//!     k4: 0.5,
-//!     gamma2: 0.01,
+//!     k4: Vec3::splat(0.5),
+//!     gamma2: Vec3::splat(0.01),
 //!     integral: IntegralAction::OFF,
 //! })?;
 //! let mut state = controller.initial_state();
@@ -82,6 +84,8 @@ pub mod filter;
 pub mod jet;
 pub mod list;
 pub mod mode;
+#[cfg(feature = "serde")]
+pub mod per_axis;
 pub mod reference;
 pub mod robust_adaptive;
 pub mod rotation;

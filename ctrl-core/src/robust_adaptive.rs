@@ -12,17 +12,17 @@
 use glam::{Quat, Vec3};
 
 use crate::adaptation::Estimate;
-use crate::cascade::{Cascade, CascadeState, Evaluation, TorqueEstimate};
+use crate::cascade::{Cascade, CascadeState, Evaluation, TorqueEstimate, require_integrable_axes};
 use crate::config::{Checkpoint, RobustAdaptiveConfig};
 use crate::controller::{
     AdaptiveController, Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput,
     StepStatus, TrackingController,
 };
-use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, require};
+use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, axis_names, require};
 use crate::reference::Reference;
 use crate::rotation::vector_part;
 use crate::saturation::smooth_sign_value;
-use crate::vehicle::{Interval, VehicleState, WrenchBounds};
+use crate::vehicle::{VectorInterval, VehicleState, WrenchBounds};
 
 /// Controller 1, validated. Thrust is bounded by (19) and (20); torque is not bounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,18 +74,28 @@ impl RobustAdaptive {
             config.cascade,
             (
                 &config.integral,
-                TorqueEstimate { divisor: 1.0, gain_max: 1.0 / config.uncertainty.inertia.lower },
+                TorqueEstimate {
+                    divisor: Vec3::ONE,
+                    gain_max: 1.0 / config.uncertainty.inertia.lower,
+                },
             ),
             judge,
         )?;
-        judge.require("k4", config.k4, Bound::Positive, "(34)")?;
-        judge.require("gamma2", config.gamma2, Bound::NotNegative, "(35)")?;
-        let Interval { lower, upper } = config.uncertainty.inertia;
+        judge.require_axes(axis_names!("k4"), config.k4, [Bound::Positive; 3], "(34)")?;
+        judge.require_axes(
+            axis_names!("gamma2"),
+            config.gamma2,
+            [Bound::NotNegative; 3],
+            "(35)",
+        )?;
+        let VectorInterval { lower, upper } = config.uncertainty.inertia;
         let sign_slope = config.uncertainty.disturbance_torque / config.cascade.delta_min_rotation;
         // d(tau)/dw / J_lo: rate gain and smooth sign directly, attitude gain through mu'.
         let rate = (config.k4 + sign_slope + upper * 0.5 * config.cascade.k3) / lower;
-        let name = "step_period * (k4 + D2/delta_min_rotation + J_hi k3/2)/J_lo";
-        crate::cascade::require_integrable(judge, name, config.step_period, rate)?;
+        let names = axis_names!(
+            expression "step_period * (k4 + D2/delta_min_rotation + J_hi k3/2)/J_lo"
+        );
+        require_integrable_axes(judge, names, config.step_period, rate)?;
         Ok(Self { cascade, config: *config })
     }
 
@@ -100,9 +110,8 @@ impl RobustAdaptive {
     /// # Errors
     /// Names the field of `checkpoint` that is outside its set.
     pub fn resume(&self, checkpoint: &Checkpoint) -> Result<RobustAdaptiveState, ConfigError> {
-        let Interval { lower, upper } = self.config.uncertainty.inertia;
-        for component in checkpoint.inertia.to_array() {
-            let set = Bound::Inside(lower, upper);
+        let sets = self.config.uncertainty.inertia.axes().map(Bound::from);
+        for (component, set) in checkpoint.inertia.to_array().into_iter().zip(sets) {
             require("checkpoint.inertia", component, set, "the set of a_hat, (35)")?;
         }
         let torque = (checkpoint.lasting.torque_body, "checkpoint.lasting.torque_body");
@@ -144,7 +153,7 @@ impl RobustAdaptive {
         law: &Law,
     ) -> StepOutput {
         let mut status = evaluation.status;
-        let Interval { lower, upper } = self.config.uncertainty.inertia;
+        let VectorInterval { lower, upper } = self.config.uncertainty.inertia;
         let increment = self.config.step_period * law.inertia_rate;
         if state.inertia.advance(increment, lower, upper) {
             status |= StepStatus::INERTIA_PROJECTED;

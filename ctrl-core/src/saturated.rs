@@ -18,17 +18,20 @@ use glam::{Quat, Vec3};
 
 use crate::adaptation::Estimate;
 use crate::auxiliary::{AuxiliaryIntegrator, attitude_rate, rate_dot};
-use crate::cascade::{Cascade, CascadeState, Evaluation, TorqueEstimate};
+use crate::cascade::{
+    Cascade, CascadeState, Evaluation, TorqueEstimate, require_integrable, require_integrable_axes,
+};
 use crate::config::{Checkpoint, SaturatedConfig};
 use crate::controller::{
     AdaptiveController, Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput,
     StepStatus, TrackingController,
 };
-use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, require};
+use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, axis_names, require};
 use crate::reference::Reference;
 use crate::rotation::vector_part;
 use crate::saturation::{clip, smooth_sign_value};
-use crate::vehicle::{Interval, VehicleState, WrenchBounds};
+use crate::sqrt::sqrt;
+use crate::vehicle::{VectorInterval, VehicleState, WrenchBounds};
 
 /// Controller 2, validated. Every wrench keeps (7) and (8).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,11 +39,11 @@ pub struct Saturated {
     cascade: Cascade,
     config: SaturatedConfig,
     /// `[1/J_hi, 1/J_lo]`, the set of `theta_hat`.
-    inverse_inertia_min: f32,
-    inverse_inertia_max: f32,
+    inverse_inertia_min: Vec3,
+    inverse_inertia_max: Vec3,
     auxiliary: AuxiliaryIntegrator,
     /// `D2/J_lo`.
-    disturbance_rate: f32,
+    disturbance_rate: Vec3,
 }
 
 /// Memory of controller 2 between two steps.
@@ -113,14 +116,20 @@ impl Saturated {
         let limit = Bound::AtMost(config.thrust_max);
         let name = "m_hi (sqrt(3) (M1 + M2 + D1 + D_c + M_p) + g)";
         judge.require(name, cascade.bounds.thrust_max, limit, "thrust_max M_f, (54)")?;
-        judge.require("torque_max", config.torque_max, Bound::Positive, "M_tau, (8)")?;
-        judge.require("k4", config.k4, Bound::Positive, "(50)")?;
+        let names = axis_names!("torque_max");
+        judge.require_axes(names, config.torque_max, [Bound::Positive; 3], "M_tau, (8)")?;
+        judge.require_axes(axis_names!("k4"), config.k4, [Bound::Positive; 3], "(50)")?;
         judge.require("k5", config.k5, Bound::Positive, "(38)")?;
-        judge.require("gamma2", config.gamma2, Bound::NotNegative, "(51)")?;
+        judge.require_axes(
+            axis_names!("gamma2"),
+            config.gamma2,
+            [Bound::NotNegative; 3],
+            "(51)",
+        )?;
         judge.require("gamma3", config.gamma3, Bound::NotNegative, "(52)")?;
-        require_integrable(judge, config)?;
+        require_law_integrable(judge, config)?;
         cascade.bounds.torque_max = config.torque_max;
-        let Interval { lower, upper } = config.uncertainty.inertia;
+        let VectorInterval { lower, upper } = config.uncertainty.inertia;
         Ok(Self {
             cascade,
             config: *config,
@@ -142,8 +151,10 @@ impl Saturated {
     /// # Errors
     /// Names the field of `checkpoint` that is outside its set.
     pub fn resume(&self, checkpoint: &Checkpoint) -> Result<SaturatedState, ConfigError> {
-        let set = Bound::Inside(self.inverse_inertia_min, self.inverse_inertia_max);
-        for component in checkpoint.inverse_inertia.to_array() {
+        let set =
+            VectorInterval { lower: self.inverse_inertia_min, upper: self.inverse_inertia_max };
+        let sets = set.axes().map(Bound::from);
+        for (component, set) in checkpoint.inverse_inertia.to_array().into_iter().zip(sets) {
             require("checkpoint.inverse_inertia", component, set, "the set of theta_hat, (51)")?;
         }
         for component in checkpoint.gyroscopic_ratio.to_array() {
@@ -217,7 +228,8 @@ impl Saturated {
         status.set(StepStatus::TORQUE_SATURATED, saturated);
         let (lower, upper) = (self.inverse_inertia_min, self.inverse_inertia_max);
         let theta = state.inverse_inertia.advance(dt * law.inverse_inertia_rate, lower, upper);
-        let pi = state.gyroscopic_ratio.advance(dt * law.gyroscopic_ratio_rate, -1.0, 1.0);
+        let increment = dt * law.gyroscopic_ratio_rate;
+        let pi = state.gyroscopic_ratio.advance(increment, Vec3::NEG_ONE, Vec3::ONE);
         if theta | pi {
             status |= StepStatus::INERTIA_PROJECTED;
         }
@@ -234,19 +246,23 @@ impl Saturated {
 }
 
 /// Loops of step 4.
-fn require_integrable(judge: &mut impl Judge, config: &SaturatedConfig) -> Result<(), ConfigError> {
-    use crate::cascade::require_integrable;
-    let Interval { lower, upper } = config.uncertainty.inertia;
+fn require_law_integrable(
+    judge: &mut impl Judge,
+    config: &SaturatedConfig,
+) -> Result<(), ConfigError> {
+    let VectorInterval { lower, upper } = config.uncertainty.inertia;
     let dt = config.step_period;
     let sign_slope =
         config.uncertainty.disturbance_torque / (lower * config.cascade.delta_min_rotation);
     // The estimate may be off by J_hi/J_lo, which scales the whole loop.
     let rate = (config.k4 + sign_slope + 0.5 * config.cascade.k3) * (upper / lower);
-    let name = "step_period * (k4 + D2/(J_lo delta_min_rotation) + k3/2) J_hi/J_lo";
-    require_integrable(judge, name, dt, rate)?;
+    let names = axis_names!(expression "step_period * (k4 + D2/(J_lo delta_min_rotation) + k3/2) J_hi/J_lo");
+    require_integrable_axes(judge, names, dt, rate)?;
     require_integrable(judge, "step_period * k5", dt, config.k5)?;
-    let frequency = config.torque_max * crate::sqrt::sqrt(config.gamma2);
-    require_integrable(judge, "step_period * M_tau sqrt(gamma2)", dt, frequency)
+    let gamma2 = config.gamma2;
+    let root = Vec3::new(sqrt(gamma2.x), sqrt(gamma2.y), sqrt(gamma2.z));
+    let names = axis_names!(expression "step_period * M_tau sqrt(gamma2)");
+    require_integrable_axes(judge, names, dt, config.torque_max * root)
 }
 
 impl TrackingController for Saturated {
@@ -254,8 +270,7 @@ impl TrackingController for Saturated {
 
     fn initial_state(&self) -> SaturatedState {
         let (lower, upper) = (self.inverse_inertia_min, self.inverse_inertia_max);
-        let inverse =
-            self.config.initial.inertia.recip().clamp(Vec3::splat(lower), Vec3::splat(upper));
+        let inverse = self.config.initial.inertia.recip().clamp(lower, upper);
         SaturatedState {
             cascade: self.cascade.initial_state(),
             inverse_inertia: Estimate::new(inverse),

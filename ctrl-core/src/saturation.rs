@@ -3,7 +3,7 @@
 //! ```text
 //! sigma(x) = M tanh(x)               sigma' = M (1 - tanh^2 x)    sigma'' = -2 tanh(x) sigma'
 //! h(x, delta) = x/sqrt(x^2+delta^2)  h' = delta^2/(x^2+delta^2)^(3/2)  h'' = -3 x h'/(x^2+delta^2)
-//! clip(x, M) = max(-M, min(M, x))
+//! clip(x, M) = max(-M, min(M, x))          M: a limit per element
 //! ```
 //! All act element-wise on vectors. `delta` counts as constant when `h` is differentiated.
 
@@ -66,12 +66,12 @@ pub fn smooth_sign_value(x: Vec3, delta_squared: f32) -> Vec3 {
     x / Vec3::new(sqrt(square.x), sqrt(square.y), sqrt(square.z))
 }
 
-/// `sigma_3`, the hard clip to `[-limit, limit]` (37), element-wise; NaN stays NaN.
+/// `sigma_3`, the hard clip of each element to its `[-limit, limit]` (37); NaN stays NaN.
 #[inline(always)]
 #[must_use]
-pub fn clip(x: Vec3, limit: f32) -> Vec3 {
-    let clip = |x: f32| if x.abs() > limit { limit.copysign(x) } else { x };
-    Vec3::new(clip(x.x), clip(x.y), clip(x.z))
+pub fn clip(x: Vec3, limit: Vec3) -> Vec3 {
+    let clip = |x: f32, limit: f32| if x.abs() > limit { limit.copysign(x) } else { x };
+    Vec3::new(clip(x.x, limit.x), clip(x.y, limit.y), clip(x.z, limit.z))
 }
 
 /// `x` clipped to `[lower, upper]`; NaN stays NaN. Unlike `f32::clamp` it has no panic for
@@ -184,6 +184,7 @@ mod tests {
     #[test]
     fn clip_is_exact() {
         let x = Vec3::new(0.3, -7.0, 9.0);
-        assert_eq!(clip(x, 0.5), Vec3::new(0.3, -0.5, 0.5));
+        assert_eq!(clip(x, Vec3::splat(0.5)), Vec3::new(0.3, -0.5, 0.5));
+        assert_eq!(clip(x, Vec3::new(0.2, 8.0, 0.5)), Vec3::new(0.2, -7.0, 0.5));
     }
 }

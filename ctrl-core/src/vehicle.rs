@@ -55,8 +55,8 @@ pub struct WrenchBounds {
     pub thrust_min: f32,
     /// Upper thrust bound (20) (N).
     pub thrust_max: f32,
-    /// Bound of each torque component (8) (N m); `f32::MAX` for a controller without one.
-    pub torque_max: f32,
+    /// Bound of the torque about each body axis (8) (N m); `f32::MAX` for a controller without one.
+    pub torque_max: Vec3,
 }
 
 /// A closed interval `[lower, upper]` known to contain an unknown quantity.
@@ -78,6 +78,43 @@ impl Interval {
     }
 }
 
+/// A closed interval per body axis, known to contain an unknown quantity.
+///
+/// In a file an end that is one number is that of all three axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct VectorInterval {
+    /// Smallest possible values.
+    #[cfg_attr(feature = "serde", serde(with = "crate::per_axis"))]
+    pub lower: Vec3,
+    /// Largest possible values.
+    #[cfg_attr(feature = "serde", serde(with = "crate::per_axis"))]
+    pub upper: Vec3,
+}
+
+impl VectorInterval {
+    /// `[lower, upper]` about every axis.
+    #[must_use]
+    pub const fn splat(lower: f32, upper: f32) -> Self {
+        Self { lower: Vec3::splat(lower), upper: Vec3::splat(upper) }
+    }
+
+    /// The intervals about x, y and z.
+    #[must_use]
+    pub fn axes(&self) -> [Interval; 3] {
+        let of = |lower, upper| Interval { lower, upper };
+        let Self { lower, upper } = self;
+        [of(lower.x, upper.x), of(lower.y, upper.y), of(lower.z, upper.z)]
+    }
+
+    /// Returns `true` if every element lies inside its interval, ends included.
+    #[must_use]
+    pub fn contains(&self, x: Vec3) -> bool {
+        self.lower.cmple(x).all() && x.cmple(self.upper).all()
+    }
+}
+
 /// Known bounds of the vehicle and of its disturbances (Assumptions 1 to 3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
@@ -85,12 +122,13 @@ impl Interval {
 pub struct Uncertainty {
     /// `[m_lo, m_hi]`: the mass lies inside (kg).
     pub mass: Interval,
-    /// `[J_lo, J_hi]`: each principal moment of inertia lies inside (kg m^2).
-    pub inertia: Interval,
+    /// `[J_lo, J_hi]`: each principal moment of inertia lies inside that of its axis (kg m^2).
+    pub inertia: VectorInterval,
     /// `D1`: bound of each component of the disturbance acceleration `d1` (m/s^2).
     pub disturbance_acceleration: f32,
-    /// `D2`: bound of each component of the disturbance torque `d2` (N m).
-    pub disturbance_torque: f32,
+    /// `D2`: bound of the disturbance torque `d2` about each body axis (N m).
+    #[cfg_attr(feature = "serde", serde(with = "crate::per_axis"))]
+    pub disturbance_torque: Vec3,
 }
 
 /// Estimates at the first step.
@@ -100,6 +138,6 @@ pub struct Uncertainty {
 pub struct InitialEstimate {
     /// Mass (kg), inside its interval.
     pub mass: f32,
-    /// Principal moments of inertia (kg m^2), each inside its interval.
+    /// Principal moments of inertia (kg m^2), each inside the interval of its axis.
     pub inertia: Vec3,
 }

@@ -12,7 +12,9 @@ use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::{CircleConfig, Heading, Trajectory, TrajectoryConfig};
-use ctrl_core::vehicle::{GRAVITY, InitialEstimate, Interval, Uncertainty, VehicleState};
+use ctrl_core::vehicle::{
+    GRAVITY, InitialEstimate, Interval, Uncertainty, VectorInterval, VehicleState,
+};
 use glam::{DQuat, DVec3, Vec3};
 
 const STEP: f64 = 0.005;
@@ -47,9 +49,12 @@ impl Motion {
 fn uncertainty() -> Uncertainty {
     Uncertainty {
         mass: Interval { lower: 0.7, upper: 1.0 },
-        inertia: Interval { lower: 0.03, upper: 0.12 },
+        inertia: VectorInterval {
+            lower: Vec3::new(0.03, 0.025, 0.05),
+            upper: Vec3::new(0.12, 0.1, 0.2),
+        },
         disturbance_acceleration: 0.05,
-        disturbance_torque: 0.05,
+        disturbance_torque: Vec3::new(0.05, 0.04, 0.01),
     }
 }
 
@@ -91,12 +96,12 @@ impl Resumed for Saturated {
     }
 }
 
-/// Both controllers, without adaptation, with a smoothing width that decays at `delta_1` (1/s).
+/// Both controllers, unlike about each axis, without adaptation, with a smoothing width that decays at `delta_1` (1/s).
 fn controllers(delta_1: f32, integral: IntegralAction) -> (RobustAdaptive, Saturated) {
     let cascade = CascadeGains {
         k1: 0.8,
         k2: 0.9,
-        k3: 3.0,
+        k3: Vec3::new(3.0, 2.4, 1.3),
         c: 0.1,
         m1: 2.0,
         m2: 2.0,
@@ -114,8 +119,8 @@ fn controllers(delta_1: f32, integral: IntegralAction) -> (RobustAdaptive, Satur
         uncertainty,
         initial,
         cascade,
-        k4: 0.5,
-        gamma2: 0.0,
+        k4: Vec3::new(0.5, 0.4, 0.2),
+        gamma2: Vec3::ZERO,
         integral,
     });
     let second = Saturated::new(&SaturatedConfig {
@@ -125,10 +130,10 @@ fn controllers(delta_1: f32, integral: IntegralAction) -> (RobustAdaptive, Satur
         initial,
         cascade,
         thrust_max: 40.0,
-        torque_max: 100.0,
-        k4: 6.0,
+        torque_max: Vec3::new(100.0, 90.0, 40.0),
+        k4: Vec3::new(6.0, 5.0, 3.0),
         k5: 1.0,
-        gamma2: 0.0,
+        gamma2: Vec3::ZERO,
         gamma3: 0.0,
         integral,
     });

@@ -11,7 +11,7 @@ use ctrl_core::controller::{
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
-use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VehicleState};
+use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VectorInterval, VehicleState};
 use glam::{Quat, Vec3};
 use serde_json::Value;
 
@@ -116,14 +116,14 @@ impl GoldenStep {
         let gain = |name: &str| number(&g[name]);
         let uncertainty = Uncertainty {
             mass: interval(&g["m"]),
-            inertia: interval(&g["J"]),
+            inertia: VectorInterval::splat(number(&g["J"][0]), number(&g["J"][1])),
             disturbance_acceleration: gain("D1"),
-            disturbance_torque: gain("D2"),
+            disturbance_torque: Vec3::splat(gain("D2")),
         };
         let cascade = CascadeGains {
             k1: gain("k1"),
             k2: gain("k2"),
-            k3: gain("k3"),
+            k3: Vec3::splat(gain("k3")),
             c: gain("c"),
             m1: gain("M1"),
             m2: gain("M2"),
@@ -134,7 +134,7 @@ impl GoldenStep {
         };
         let initial = InitialEstimate { mass: 0.75, inertia: Vec3::splat(0.06) };
         let (step_period, reference_acceleration_max) = (STEP_PERIOD, 0.3);
-        let (k4, gamma2) = (gain("k4"), gain("gamma2") * adaptation);
+        let [k4, gamma2] = [gain("k4"), gain("gamma2") * adaptation].map(Vec3::splat);
         if self.is_saturated() {
             ControllerConfig::Saturated(SaturatedConfig {
                 step_period,
@@ -143,7 +143,7 @@ impl GoldenStep {
                 initial,
                 cascade,
                 thrust_max: 40.0,
-                torque_max: gain("M_tau"),
+                torque_max: Vec3::splat(gain("M_tau")),
                 k4,
                 k5: gain("k5"),
                 gamma2,

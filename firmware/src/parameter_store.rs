@@ -11,7 +11,7 @@
 //! next slot, and a record that was cut off has no right checksum. When a sector is full the log goes
 //! on in the other one. Only [`ParameterStore::open`] erases, and only the sector that does not
 //! hold the newest record: erasing stalls a processor for most of a second, which harms nobody
-//! before the control loop has begun. [`ParameterStore::append`] programs some 200 bytes.
+//! before the control loop has begun. [`ParameterStore::append`] programs some 360 bytes.
 
 use core::fmt;
 
@@ -20,7 +20,7 @@ use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
 
 /// Bytes of a slot.
-pub const SLOT: usize = 256;
+pub const SLOT: usize = 512;
 /// Sectors of the log, each of [`NorFlash::ERASE_SIZE`].
 pub const SECTORS: usize = 2;
 /// Mark, generation, length.
@@ -32,8 +32,8 @@ const CHUNK: usize = 32;
 pub const PAYLOAD_MAX: usize = SLOT - HEADER - CHECKSUM;
 
 /// The last character is the version of the format.
-const RECORD_MARK: [u8; 4] = *b"GYR1";
-const SECTOR_MARK: [u8; 4] = *b"GYS1";
+const RECORD_MARK: [u8; 4] = *b"GYR2";
+const SECTOR_MARK: [u8; 4] = *b"GYS2";
 const ERASED: u8 = 0xFF;
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 

@@ -14,8 +14,8 @@ use crate::parameter_store::{Found, PAYLOAD_MAX, Payload};
 use crate::scenario::Tuning;
 
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
-const ROBUST_ADAPTIVE: usize = RobustAdaptiveConfig::TABLE.len();
-const SATURATED: usize = SaturatedConfig::TABLE.len();
+const ROBUST_ADAPTIVE: usize = RobustAdaptiveConfig::NAMES.len();
+const SATURATED: usize = SaturatedConfig::NAMES.len();
 
 /// The content of a record, in postcard: everything that a host can change by name.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,7 +33,9 @@ pub struct StoredSet {
     /// Checksum of all names, in order: other firmware may have other parameters.
     layout: u32,
     kind: ControllerKind,
+    #[serde(with = "serde_big_array::BigArray")]
     robust_adaptive: [f32; ROBUST_ADAPTIVE],
+    #[serde(with = "serde_big_array::BigArray")]
     saturated: [f32; SATURATED],
 }
 
@@ -149,9 +151,8 @@ fn accept(
 /// Checksum of the names of all parameters.
 fn layout() -> u32 {
     let mut digest = CRC.digest();
-    let robust_adaptive = RobustAdaptiveConfig::TABLE.iter().map(|parameter| parameter.name);
-    for name in robust_adaptive.chain(SaturatedConfig::TABLE.iter().map(|parameter| parameter.name))
-    {
+    let robust_adaptive = RobustAdaptiveConfig::NAMES.iter().copied();
+    for name in robust_adaptive.chain(SaturatedConfig::NAMES.iter().copied()) {
         digest.update(name.as_bytes());
         digest.update(&[0]);
     }
@@ -177,7 +178,7 @@ mod tests {
             ControllerKind::RobustAdaptive => ControllerKind::Saturated,
             ControllerKind::Saturated => ControllerKind::RobustAdaptive,
         };
-        let robust_adaptive = BUILT_IN.robust_adaptive.with_parameter("k4", 0.75).unwrap();
+        let robust_adaptive = BUILT_IN.robust_adaptive.with_parameter("k4.x", 0.75).unwrap();
         let saturated = BUILT_IN.saturated.with_parameter("cascade.k1", 0.4375).unwrap();
         Tuning { kind, robust_adaptive, saturated }
     }
@@ -237,11 +238,11 @@ mod tests {
     fn a_set_that_a_controller_refuses_is_refused_whichever_flies() {
         for (first, second) in [(-1.0, 4.0), (4.0, f32::NAN)] {
             let mut tuning = *BUILT_IN;
-            (tuning.robust_adaptive.k4, tuning.saturated.k4) = (first, second);
+            (tuning.robust_adaptive.k4.x, tuning.saturated.k4.x) = (first, second);
             let (origin, result) = refused(&found(&tuning));
             assert_eq!(origin, ParameterOrigin::Refused);
             let Err(SetError::Invalid(error)) = result else { panic!("{result:?}") };
-            assert_eq!(error.parameter, "k4");
+            assert_eq!(error.parameter, "k4[0]");
         }
     }
 

@@ -75,6 +75,6 @@ pub fn assert_bounded(law: &AnyController, reference: &Reference) {
         let torque = wrench.torque_body;
         assert!(wrench.thrust.is_finite() && torque.is_finite(), "{wrench:?}");
         assert!((bounds.thrust_min..=bounds.thrust_max).contains(&wrench.thrust), "{wrench:?}");
-        assert!(torque.abs().max_element() <= bounds.torque_max, "{wrench:?}");
+        assert!(torque.abs().cmple(bounds.torque_max).all(), "{wrench:?}");
     }
 }

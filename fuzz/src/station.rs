@@ -127,7 +127,7 @@ impl<'m> PilotedFlight<'m> {
             if outputs.mode == Mode::Flying {
                 let (bounds, wrench) = (law.bounds(), outputs.wrench);
                 assert!((bounds.thrust_min..=bounds.thrust_max).contains(&wrench.thrust));
-                assert!(wrench.torque_body.abs().max_element() <= bounds.torque_max);
+                assert!(wrench.torque_body.abs().cmple(bounds.torque_max).all());
                 let position = reference.position_world;
                 self.state.position_world = position.with_z(position.z.max(0.0));
                 self.state.velocity_world = reference.velocity_world;

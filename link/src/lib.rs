@@ -31,7 +31,7 @@ pub use message::{
     ParameterOrigin, ParameterValue, ParametersInForce, Rejection, Telemetry, TrajectorySelection,
     Uplink,
 };
-pub use parameter::{Parameter, Parameters};
+pub use parameter::Parameters;
 pub use statistics::{GroupHealth, LinkStatistics};
 pub use upload::{PathUpload, UploadError};
 

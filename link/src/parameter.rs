@@ -6,29 +6,28 @@
 
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
 
-/// One parameter of the configuration `C`.
-pub struct Parameter<C: 'static> {
-    /// Path of the field, at most [`NAME_MAX`](super::NAME_MAX) bytes.
-    pub name: &'static str,
-    /// The field.
-    field: fn(&mut C) -> &mut f32,
-}
-
 /// A configuration with named parameters.
 pub trait Parameters: Copy + 'static {
-    /// All parameters, in a fixed order.
-    const TABLE: &'static [Parameter<Self>];
+    /// Names of all parameters in a fixed order: paths of fields, at most
+    /// [`NAME_MAX`](super::NAME_MAX) bytes each.
+    const NAMES: &'static [&'static str];
+
+    /// Value of the parameter at `index`.
+    fn value(&self, index: usize) -> Option<f32>;
+
+    /// The field of the parameter at `index`.
+    fn field(&mut self, index: usize) -> Option<&mut f32>;
 
     /// Name and value of the parameter at `index`.
-    fn parameter_at(mut self, index: u16) -> Option<(&'static str, f32)> {
-        let parameter = Self::TABLE.get(usize::from(index))?;
-        Some((parameter.name, *(parameter.field)(&mut self)))
+    fn parameter_at(&self, index: u16) -> Option<(&'static str, f32)> {
+        let index = usize::from(index);
+        Some((Self::NAMES.get(index)?, self.value(index)?))
     }
 
     /// Place of the parameter called `name`.
     #[must_use]
     fn parameter_index(name: &str) -> Option<u16> {
-        let index = Self::TABLE.iter().position(|parameter| parameter.name == name)?;
+        let index = Self::NAMES.iter().position(|own| *own == name)?;
         u16::try_from(index).ok()
     }
 
@@ -36,37 +35,42 @@ pub trait Parameters: Copy + 'static {
     /// parameter.
     #[must_use]
     fn with_parameter(mut self, name: &str, value: f32) -> Option<Self> {
-        let parameter = Self::TABLE.iter().find(|parameter| parameter.name == name)?;
-        *(parameter.field)(&mut self) = value;
+        let index = Self::parameter_index(name)?;
+        *self.field(index.into())? = value;
         Some(self)
     }
 
     /// All values, in the order of the table, as many as there is room for.
-    fn read_all(mut self, values: &mut [f32]) {
-        for (value, parameter) in values.iter_mut().zip(Self::TABLE) {
-            *value = *(parameter.field)(&mut self);
+    fn read_all(&self, values: &mut [f32]) {
+        for (index, value) in values.iter_mut().enumerate() {
+            if let Some(own) = self.value(index) {
+                *value = own;
+            }
         }
     }
 
     /// The configuration with the first parameters of the table set to `values`.
     #[must_use]
     fn with_all(mut self, values: &[f32]) -> Self {
-        for (value, parameter) in values.iter().zip(Self::TABLE) {
-            *(parameter.field)(&mut self) = *value;
+        for (index, value) in values.iter().enumerate() {
+            if let Some(field) = self.field(index) {
+                *field = *value;
+            }
         }
         self
     }
 }
 
-/// The table of a configuration: its own fields, then those that both have.
+/// The table of a configuration: its own fields, then those that both have; `[field]` is a vector, one
+/// parameter per axis. The fields are reached by comparing indices, not by function pointers, which a
+/// static bound of the stack could not follow.
 macro_rules! table {
-    ($config:ty: $($own:literal => $($field:ident).+,)*) => {
-        table!(@ $config:
-            $($own => $($field).+,)*
+    ($config:ty: $($own:tt)*) => {
+        table!(@ $config; []; $($own)*
             "reference_acceleration_max" => reference_acceleration_max,
             "cascade.k1" => cascade.k1,
             "cascade.k2" => cascade.k2,
-            "cascade.k3" => cascade.k3,
+            "cascade.k3" => [cascade.k3],
             "cascade.c" => cascade.c,
             "cascade.M1" => cascade.m1,
             "cascade.M2" => cascade.m2,
@@ -76,34 +80,62 @@ macro_rules! table {
             "cascade.delta_min_rotation" => cascade.delta_min_rotation,
             "uncertainty.mass.lower" => uncertainty.mass.lower,
             "uncertainty.mass.upper" => uncertainty.mass.upper,
-            "uncertainty.inertia.lower" => uncertainty.inertia.lower,
-            "uncertainty.inertia.upper" => uncertainty.inertia.upper,
+            "uncertainty.inertia.lower" => [uncertainty.inertia.lower],
+            "uncertainty.inertia.upper" => [uncertainty.inertia.upper],
             "uncertainty.disturbance_acceleration" => uncertainty.disturbance_acceleration,
-            "uncertainty.disturbance_torque" => uncertainty.disturbance_torque,
+            "uncertainty.disturbance_torque" => [uncertainty.disturbance_torque],
             "initial.mass" => initial.mass,
-            "initial.inertia.x" => initial.inertia.x,
-            "initial.inertia.y" => initial.inertia.y,
-            "initial.inertia.z" => initial.inertia.z,
+            "initial.inertia" => [initial.inertia],
             "integral.acceleration_max" => integral.acceleration_max,
             "integral.gamma_d" => integral.gamma_d,
             "integral.torque_max" => integral.torque_max,
             "integral.gamma_t" => integral.gamma_t,
         );
     };
-    (@ $config:ty: $($name:literal => $($field:ident).+,)*) => {
+    (@ $config:ty; [$($done:tt)*]; $name:literal => [$($field:ident).+], $($rest:tt)*) => {
+        table!(@ $config; [
+            $($done)*
+            (concat!($name, ".x")) => ($($field).+.x),
+            (concat!($name, ".y")) => ($($field).+.y),
+            (concat!($name, ".z")) => ($($field).+.z),
+        ]; $($rest)*);
+    };
+    (@ $config:ty; [$($done:tt)*]; $name:literal => $($field:ident).+, $($rest:tt)*) => {
+        table!(@ $config; [$($done)* ($name) => ($($field).+),]; $($rest)*);
+    };
+    (@ $config:ty; [$(($name:expr) => ($($field:ident).+),)*];) => {
         impl Parameters for $config {
-            const TABLE: &'static [Parameter<Self>] =
-                &[$(Parameter { name: $name, field: |config| &mut config.$($field).+ }),*];
+            const NAMES: &'static [&'static str] = &[$($name),*];
+
+            fn value(&self, index: usize) -> Option<f32> {
+                let mut from = 0..;
+                $(
+                    if from.next() == Some(index) {
+                        return Some(self.$($field).+);
+                    }
+                )*
+                None
+            }
+
+            fn field(&mut self, index: usize) -> Option<&mut f32> {
+                let mut from = 0..;
+                $(
+                    if from.next() == Some(index) {
+                        return Some(&mut self.$($field).+);
+                    }
+                )*
+                None
+            }
         }
     };
 }
 
-table!(RobustAdaptiveConfig: "k4" => k4, "gamma2" => gamma2,);
+table!(RobustAdaptiveConfig: "k4" => [k4], "gamma2" => [gamma2],);
 table!(SaturatedConfig:
     "thrust_max" => thrust_max,
-    "torque_max" => torque_max,
-    "k4" => k4,
+    "torque_max" => [torque_max],
+    "k4" => [k4],
     "k5" => k5,
-    "gamma2" => gamma2,
+    "gamma2" => [gamma2],
     "gamma3" => gamma3,
 );

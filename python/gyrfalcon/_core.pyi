@@ -76,7 +76,7 @@ class Controller:
     @property
     def step_period(self) -> float: ...
     @property
-    def bounds(self) -> tuple[float, float, float]: ...
+    def bounds(self) -> tuple[float, float, NDArray[np.float32]]: ...
 
 @final
 class FlightRecord:
@@ -184,6 +184,7 @@ def tune_gains(
     *,
     position_bandwidth: float | None = None,
     attitude_bandwidth: float | None = None,
+    heading_bandwidth: float | None = None,
     damping: float | None = None,
     margin: float | None = None,
     position_range: float | None = None,

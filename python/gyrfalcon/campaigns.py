@@ -178,6 +178,7 @@ def tune(
     *,
     position_bandwidth: float | None = None,
     attitude_bandwidth: float | None = None,
+    heading_bandwidth: float | None = None,
     damping: float | None = None,
     margin: float | None = None,
     position_range: float | None = None,
@@ -190,7 +191,7 @@ def tune(
 
     Args:
         vehicle: path of a vehicle file or of a scenario, or the name of a built-in scenario.
-        position_bandwidth, attitude_bandwidth: least modulus of the poles (rad/s).
+        position_bandwidth, attitude_bandwidth, heading_bandwidth: least modulus of the poles (rad/s).
         damping: least damping ratio.
         margin: share of every inequality's headroom that is kept.
         position_range: position error up to which the position loop is about linear (m).
@@ -207,6 +208,7 @@ def tune(
         os.fspath(vehicle),
         position_bandwidth=position_bandwidth,
         attitude_bandwidth=attitude_bandwidth,
+        heading_bandwidth=heading_bandwidth,
         damping=damping,
         margin=margin,
         position_range=position_range,

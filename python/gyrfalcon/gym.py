@@ -6,6 +6,7 @@ module.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,7 +35,7 @@ class Task:
         scenario: vehicle, disturbance and trajectory; its duration ends an episode.
         ticks: control ticks per action.
         thrust_max: thrust at the action 1 (N); the scenario's limit unless given.
-        torque_max: torque component at the action 1 (N m); the scenario's limit unless given.
+        torque_max: torque at the action 1 (N m), one for all body axes or three; the scenario's limits unless given.
         position_limit: distance from the reference at which an episode ends (m).
         position_spread: largest offset of each component of the first position (m).
         tilt_spread: largest angle of the first tilt (deg).
@@ -43,7 +44,7 @@ class Task:
     scenario: Scenario | str = "waypoints"
     ticks: int = 10
     thrust_max: float | None = None
-    torque_max: float | None = None
+    torque_max: float | Sequence[float] | None = None
     position_limit: float = 10.0
     position_spread: float = 1.0
     tilt_spread: float = 10.0
@@ -63,8 +64,9 @@ class Lanes:
         self.task = task
         self.scenario = opened(task.scenario)
         _, thrust, torque = Controller(self.scenario).bounds
-        self.scale = np.array([task.thrust_max or thrust, *3 * [task.torque_max or torque]], np.float32)
-        if self.scale[1] > 1e30:
+        limits = torque if task.torque_max is None else np.broadcast_to(np.float32(task.torque_max), 3)
+        self.scale = np.array([task.thrust_max or thrust, *limits], np.float32)
+        if self.scale[1:].max() > 1e30:
             raise ValueError("torque_max must be given: the scenario's controller has no limit of its own")
         self.initial = self.scenario.initial_state
         self.vehicles = BatchVehicle([self.scenario] * count)

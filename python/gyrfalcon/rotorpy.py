@@ -6,7 +6,7 @@ have the scalar last.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -96,15 +96,17 @@ class GyrfalconController:
 
 
 def law(
-    controller: RotorPyController, torque_max: float | None = None, thrust_max: float | None = None
+    controller: RotorPyController,
+    torque_max: float | Sequence[float] | None = None,
+    thrust_max: float | None = None,
 ) -> Callable[[float, NDArray[np.float32], NDArray[np.float32]], NDArray[np.float64]]:
     """A controller of RotorPy as the `controller` of `gyrfalcon.run`.
 
-    Its `cmd_thrust` and `cmd_moment` are the wrench; thrust is cut to [0, `thrust_max`] (N), each torque component
-    to `torque_max` (N m), where these are given.
+    Its `cmd_thrust` and `cmd_moment` are the wrench; thrust is cut to [0, `thrust_max`] (N), the torque to
+    `torque_max` (N m), one for all body axes or three, where these are given.
     """
     limit_thrust = np.inf if thrust_max is None else thrust_max
-    limit_torque = np.inf if torque_max is None else torque_max
+    limit_torque = np.inf if torque_max is None else np.asarray(torque_max)
 
     def wrench(
         time: float, state: NDArray[np.float32], reference: NDArray[np.float32]

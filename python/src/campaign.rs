@@ -215,8 +215,9 @@ pub fn built_in_campaigns() -> Vec<&'static str> {
 /// Proposes gains; the proposed scenario as TOML, the report as text, the report as JSON.
 #[pyfunction]
 #[pyo3(signature = (
-    vehicle, *, position_bandwidth = None, attitude_bandwidth = None, damping = None, margin = None,
-    position_range = None, attitude_range = None, phase_margin = None, fly_check = true, progress = None
+    vehicle, *, position_bandwidth = None, attitude_bandwidth = None, heading_bandwidth = None,
+    damping = None, margin = None, position_range = None, attitude_range = None, phase_margin = None,
+    fly_check = true, progress = None
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub fn tune_gains(
@@ -224,6 +225,7 @@ pub fn tune_gains(
     vehicle: String,
     position_bandwidth: Option<f64>,
     attitude_bandwidth: Option<f64>,
+    heading_bandwidth: Option<f64>,
     damping: Option<f64>,
     margin: Option<f64>,
     position_range: Option<f64>,
@@ -235,6 +237,7 @@ pub fn tune_gains(
     let wanted = WantedOptions {
         position_bandwidth,
         attitude_bandwidth,
+        heading_bandwidth,
         damping,
         margin,
         position_range,

@@ -212,11 +212,13 @@ impl Controller {
         self.law.step_period()
     }
 
-    /// The set in which every wrench lies: least and largest thrust (N), largest torque component (N m).
+    /// The set in which every wrench lies: least and largest thrust (N), largest torque about each body axis
+    /// (N m), shape (3,).
     #[getter]
-    fn bounds(&self) -> (f32, f32, f32) {
+    fn bounds<'py>(&self, py: Python<'py>) -> (f32, f32, Bound<'py, PyArray1<f32>>) {
         let bounds = self.law.bounds();
-        (bounds.thrust_min, bounds.thrust_max, bounds.torque_max)
+        let torque = PyArray1::from_slice(py, &bounds.torque_max.to_array());
+        (bounds.thrust_min, bounds.thrust_max, torque)
     }
 }
 

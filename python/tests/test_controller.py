@@ -38,6 +38,15 @@ def test_a_mapping_makes_the_same_controller_as_its_scenario() -> None:
     assert first.wrench.tobytes() == second.wrench.tobytes()
 
 
+def test_limits_per_axis_are_vectors_and_one_number_stands_for_all() -> None:
+    scenario = Scenario.builtin("paper-saturated")
+    assert Controller(scenario).bounds[2].tolist() == [np.float32(0.05)] * 3
+    assert scenario.controller["saturated"]["torque_max"] == pytest.approx(0.05)
+    unlike = scenario.set({"controller.saturated.torque_max": [0.05, 0.04, 0.01]})
+    assert unlike.controller["saturated"]["torque_max"] == pytest.approx([0.05, 0.04, 0.01])
+    assert Controller(unlike).bounds[2] == pytest.approx([0.05, 0.04, 0.01])
+
+
 def test_a_refused_configuration_names_parameter_value_and_bound() -> None:
     config = Scenario.builtin("paper-saturated").controller
     config["saturated"]["k4"] = -1.0

@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 use ctrl_core::controller::ControllerConfig;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
+use glam::DVec3;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use sil_host::tune::check::check;
@@ -66,6 +67,7 @@ fn assert_as_wanted(proposal: &Proposal) {
             Which::Lateral | Which::Vertical => (wanted.position_bandwidth, wanted.damping),
             Which::VerticalAdaptive => (0.0, 0.5 * wanted.damping),
             Which::Attitude => (wanted.attitude_bandwidth, wanted.damping),
+            Which::Heading => (wanted.heading_bandwidth, wanted.damping),
         };
         assert!(survey.bandwidth.value >= bandwidth, "{name}: {:?}", survey);
         assert!(survey.damping.value >= damping, "{name}: {:?}", survey);
@@ -86,14 +88,14 @@ fn the_first_condition_that_fails_is_the_constructors_error() {
         let cascade = &mut config.cascade;
         let fields = [
             &mut config.step_period,
-            &mut config.k4,
+            &mut config.k4.x,
             &mut config.k5,
-            &mut config.gamma2,
-            &mut config.torque_max,
+            &mut config.gamma2.z,
+            &mut config.torque_max.y,
             &mut config.uncertainty.mass.upper,
-            &mut config.uncertainty.inertia.lower,
+            &mut config.uncertainty.inertia.lower.y,
             &mut cascade.m1,
-            &mut cascade.k3,
+            &mut cascade.k3.z,
             &mut cascade.delta_min_rotation,
         ];
         let count = fields.len();
@@ -386,7 +388,7 @@ fn flights_ring_beyond_the_predicted_lag_and_not_before() {
         let request = Request::open(name, wanted).expect("built in");
         let proposal = Proposal::new(request).expect("feasible");
         let hover = Hover::new(&proposal.law);
-        let corner = nominal(&proposal.law);
+        let corner = nominal(&proposal.law, 0);
         let lags = [Which::Lateral, Which::Attitude]
             .map(|which| margins_at(which, &hover, &corner, &Rotors::default()).lag);
         let lag = lags[0].min(lags[1]);
@@ -469,7 +471,7 @@ fn the_example_of_the_documentation_gets_gains() {
     let (example, _) = example.split_once("```").expect("its end");
     let proposal = proposal(example);
     assert_eq!(proposal.request.name, "small");
-    assert_eq!(proposal.request.lasting_torque, f64::from(2e-4_f32));
+    assert_eq!(proposal.request.lasting_torque, DVec3::splat(f64::from(2e-4_f32)));
     assert_as_wanted(&proposal);
     let more = example.replace("lasting_torque = 2e-4", "lasting_torque = 2.1e-4");
     let error =

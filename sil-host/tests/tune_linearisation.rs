@@ -114,13 +114,13 @@ fn state_of(axis: Axis, truth: &PlantState, bias: f64) -> DVec4 {
 
 fn linear(hover: &Hover, corner: &Corner, axis: Axis) -> Loop {
     match axis {
-        Axis::Lateral => hover.lateral(corner),
+        Axis::Lateral => hover.lateral(&Corner { axis: 1, ..*corner }),
         Axis::Vertical => hover.vertical(corner, true),
-        Axis::Heading => hover.heading(corner),
+        Axis::Heading => hover.attitude(&Corner { axis: 2, ..*corner }),
     }
 }
 
-/// Gains of both controllers, designed for the paper's vehicle and as shipped.
+/// Gains of both controllers, designed for the paper's vehicle, as shipped, and unlike about each axis.
 fn laws() -> Vec<ControllerConfig> {
     let names = ["paper-robust-adaptive", "paper-saturated"];
     let shipped =
@@ -129,12 +129,26 @@ fn laws() -> Vec<ControllerConfig> {
         let request = Request::open(name, WantedOptions::default()).expect("built in");
         design(&request).expect("feasible")
     });
-    [shipped, tuned].concat()
+    [shipped, tuned, tuned.map(unlike)].concat()
+}
+
+/// The same law with other gains and bounds about each axis.
+fn unlike(mut law: ControllerConfig) -> ControllerConfig {
+    law.cascade_mut().k3 *= Vec3::new(1.0, 0.8, 0.5);
+    let (k4, known) = match &mut law {
+        ControllerConfig::RobustAdaptive(config) => (&mut config.k4, &mut config.uncertainty),
+        ControllerConfig::Saturated(config) => (&mut config.k4, &mut config.uncertainty),
+    };
+    *k4 *= Vec3::new(1.0, 0.9, 0.6);
+    known.disturbance_torque *= Vec3::new(1.0, 0.7, 0.4);
+    known.inertia.lower.z = 0.025;
+    law
 }
 
 /// Inertia and estimate at the nominal point and at opposite corners; signals are small.
 fn corners() -> [Corner; 3] {
     [(0.06, 0.06), (0.0301, 0.1199), (0.1199, 0.0301)].map(|(inertia, inertia_estimate)| Corner {
+        axis: 0,
         mass: 0.85,
         inertia,
         inertia_estimate,
@@ -239,7 +253,7 @@ fn dominant_poles_are_seen_in_the_flight() {
     for law in laws() {
         let hover = Hover::new(&law);
         let corner = corners()[0];
-        let of = hover.lateral(&corner);
+        let of = linear(&hover, &corner, Axis::Lateral);
         let poles = of.sampled_poles();
         let [first, second, third] = [poles[0], poles[1], poles[2]];
         let step = small(&law, &of, Axis::Lateral)[0];

@@ -14,6 +14,7 @@ mod lanes;
 pub mod norm;
 pub mod number;
 pub mod observer;
+pub mod per_axis;
 pub mod plant;
 pub mod quantity;
 pub mod scenario;

@@ -122,7 +122,7 @@ fn a_delayed_lag_is_the_lag_later() {
 #[test]
 fn limits_act_on_what_lags() {
     let command = Wrench { thrust: 20.0, torque_body: Vec3::new(0.0, 0.0, -3.0) };
-    let (thrust_max, torque_max) = (Some(9.0), Some(0.25));
+    let (thrust_max, torque_max) = (Some(9.0), Some(DVec3::new(1.0, 1.0, 0.25)));
     let config = ActuationConfig { thrust_max, torque_max, rotor_lag: Some(1e-6), ..IDEAL };
     let end = fly(&config, STILL, (1e-3, 1, 1_000), command);
     assert!((end.velocity_world.z - climb(9.0)).abs() < 1e-5, "{end:?}");
@@ -225,7 +225,7 @@ fn limits_do_not_hide_a_broken_balance() {
     let changes: Vec<_> = vec!["actuation.torque_max=0.1".to_owned()];
     let loaded = LoadedScenario::open("paper-robust-adaptive", &changes).expect("valid");
     let mut scenario = loaded.scenario().clone();
-    scenario.actuation.torque_max = Some(10.0);
+    scenario.actuation.torque_max = Some(DVec3::splat(10.0));
     let mut watch = ActuationRecorder {
         guarantees: scenario.monitors(),
         applied: Vec::new(),
@@ -306,6 +306,10 @@ fn violated_assumptions_are_reported() {
         ]
     );
     assert_eq!(
+        broken("paper-saturated", "actuation.torque_max=[0.05, 0.06, 0.01]"),
+        ["the rotors are limited to 0.01 N m about z, the law may command 0.05"]
+    );
+    assert_eq!(
         broken("paper-robust-adaptive", "actuation.torque_max=0.5"),
         ["the rotors are limited to 0.5 N m per axis, the law may command any"]
     );
@@ -325,6 +329,6 @@ fn the_documented_table_is_one() {
     let text = format!("{}\n{}", BUILT_IN[0].text, table.expect("a table"));
     let loaded = LoadedScenario::parse("documented", &text, &[]).expect("valid");
     let ActuationConfig { thrust_max, torque_max, delay, rotor_lag } = loaded.scenario().actuation;
-    let expected = [Some(10.0), Some(0.05), Some(0.008), Some(0.03)];
-    assert_eq!([thrust_max, torque_max, delay, rotor_lag], expected);
+    assert_eq!(torque_max, Some(DVec3::splat(0.05)));
+    assert_eq!([thrust_max, delay, rotor_lag], [Some(10.0), Some(0.008), Some(0.03)]);
 }

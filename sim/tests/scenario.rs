@@ -241,6 +241,8 @@ fn faults_outside_a_change_keep_their_line() {
 fn violated_assumptions_are_reported() {
     let broken = changed("disturbance.noise.torque=0.06").broken_assumptions();
     assert_eq!(broken, ["disturbance torque up to 0.06 N m exceeds D2 = 0.05 N m"]);
+    let broken = changed("disturbance.noise.torque=[0.05, 0.06, 0.04]").broken_assumptions();
+    assert_eq!(broken, ["disturbance torque up to 0.06 N m about y exceeds D2 = 0.05 N m"]);
     let broken = changed("vehicle.mass=1.1").broken_assumptions();
     assert_eq!(broken, ["true mass 1.1 kg is outside [0.7, 1] kg"]);
 }

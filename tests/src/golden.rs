@@ -95,7 +95,7 @@ impl GoldenStep {
     #[must_use]
     pub fn memory(&self) -> Memory {
         let GoldenMemory { t, beta, a_hat, theta_hat, pi_hat, q_a, w_a } = self.memory;
-        let middle = DVec3::splat((self.gains.j[0] * self.gains.j[1]).sqrt());
+        let middle = (self.gains.j[0] * self.gains.j[1]).map(f64::sqrt);
         Memory {
             decay: (-2.0 * self.gains.delta_1 * t).exp(),
             beta,

@@ -52,25 +52,31 @@ pub const ROBUST_ADAPTIVE_GAINS: Gains = Gains {
     m2: 4.0,
     k1: 0.5,
     k2: 1.0,
-    k3: 4.0,
-    k4: 0.5,
+    k3: DVec3::splat(4.0),
+    k4: DVec3::splat(0.5),
     k5: 0.5,
     c: 0.01,
     gamma1: 0.05,
-    gamma2: 0.01,
+    gamma2: DVec3::splat(0.01),
     gamma3: 0.01,
     d1: 0.05,
-    d2: 0.05,
+    d2: DVec3::splat(0.05),
     delta_1: 0.1,
     delta_min_translation: 0.1,
     delta_min_rotation: 0.05,
     m: [0.7, 1.0],
-    j: [0.03, 0.12],
-    m_tau: 0.05,
+    j: [DVec3::splat(0.03), DVec3::splat(0.12)],
+    m_tau: DVec3::splat(0.05),
     g: 9.81,
     integral: IntegralGains { d_c: 0.0, gamma_d: 0.0, d_t: 0.0, gamma_t: 0.0 },
 };
 
 /// Gains of the theory page that fly the paper's example with controller 2 (third row).
-pub const SATURATED_GAINS: Gains =
-    Gains { m1: 0.45, m2: 0.45, k3: 2.0, k4: 4.0, c: 0.001, ..ROBUST_ADAPTIVE_GAINS };
+pub const SATURATED_GAINS: Gains = Gains {
+    m1: 0.45,
+    m2: 0.45,
+    k3: DVec3::splat(2.0),
+    k4: DVec3::splat(4.0),
+    c: 0.001,
+    ..ROBUST_ADAPTIVE_GAINS
+};

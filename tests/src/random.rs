@@ -85,14 +85,44 @@ impl Source {
         let d_hat = self.inside(integral.d_c);
         step.gains.integral = integral;
         step.memory.d_hat = DVec3::new(d_hat.x, d_hat.y, 0.0);
-        step.memory.lasting_torque = self.inside(step.gains.lasting_torque_bound(law));
+        let bound = step.gains.lasting_torque_bound(law);
+        step.memory.lasting_torque = self.inside_each(bound);
+        step
+    }
+
+    /// [`step`](Self::step) with other gains, limits and bounds about each axis; every other one with integral
+    /// action.
+    pub fn step_with_unlike_axes(&mut self, law: Law) -> Step {
+        let integral = self.0.random();
+        let mut step = if integral { self.step_with_integral(law) } else { self.step(law) };
+        let gains = &mut step.gains;
+        for unlike in [&mut gains.k3, &mut gains.k4, &mut gains.gamma2] {
+            *unlike = rounded_each(*unlike * self.vector(0.3, 1.0));
+        }
+        gains.d2 = rounded_each(gains.d2 * self.vector(0.1, 1.0));
+        gains.m_tau = rounded_each(gains.m_tau * self.vector(0.2, 1.5));
+        // The estimates of the step are brought inside; the core reports their rates before projection.
+        gains.j = [self.vector(0.02, 0.05), self.vector(0.08, 0.15)];
+        let (lower, upper) = (1.001 * gains.j[0], 0.999 * gains.j[1]);
+        let memory = &mut step.memory;
+        memory.a_hat = rounded_each(memory.a_hat.clamp(lower, upper));
+        memory.theta_hat = rounded_each(memory.theta_hat.clamp(upper.recip(), lower.recip()));
+        let bound = step.gains.lasting_torque_bound(law);
+        if integral {
+            step.memory.lasting_torque = self.inside_each(bound);
+        }
         step
     }
 
     /// Components within `bound`, one in four at either end.
     fn inside(&mut self, bound: f64) -> DVec3 {
+        self.inside_each(DVec3::splat(bound))
+    }
+
+    /// Components within those of `bound`, one in four at either end.
+    fn inside_each(&mut self, bound: DVec3) -> DVec3 {
         let stretched = self.vector(-4.0 / 3.0, 4.0 / 3.0) * bound;
-        rounded_each(stretched).clamp(DVec3::splat(-bound), DVec3::splat(bound))
+        rounded_each(stretched).clamp(-bound, bound)
     }
 
     fn gains(&mut self, law: Law) -> Gains {
@@ -102,8 +132,8 @@ impl Source {
             m2: self.number(0.1, limit),
             k1: self.number(0.1, 1.5),
             k2: self.number(0.2, 2.0),
-            k3: self.number(0.5, 5.0),
-            k4: self.number(0.5, 5.0),
+            k3: DVec3::splat(self.number(0.5, 5.0)),
+            k4: DVec3::splat(self.number(0.5, 5.0)),
             k5: self.number(0.2, 1.5),
             c: self.number(0.001, 0.1),
             ..ROBUST_ADAPTIVE_GAINS
@@ -137,21 +167,21 @@ pub fn rounded_gains(gains: &Gains) -> Gains {
         m2: rounded(gains.m2),
         k1: rounded(gains.k1),
         k2: rounded(gains.k2),
-        k3: rounded(gains.k3),
-        k4: rounded(gains.k4),
+        k3: rounded_each(gains.k3),
+        k4: rounded_each(gains.k4),
         k5: rounded(gains.k5),
         c: rounded(gains.c),
         gamma1: rounded(gains.gamma1),
-        gamma2: rounded(gains.gamma2),
+        gamma2: rounded_each(gains.gamma2),
         gamma3: rounded(gains.gamma3),
         d1: rounded(gains.d1),
-        d2: rounded(gains.d2),
+        d2: rounded_each(gains.d2),
         delta_1: rounded(gains.delta_1),
         delta_min_translation: rounded(gains.delta_min_translation),
         delta_min_rotation: rounded(gains.delta_min_rotation),
         m: gains.m.map(rounded),
-        j: gains.j.map(rounded),
-        m_tau: rounded(gains.m_tau),
+        j: gains.j.map(rounded_each),
+        m_tau: rounded_each(gains.m_tau),
         g: rounded(gains.g),
         integral: IntegralGains {
             d_c: rounded(gains.integral.d_c),

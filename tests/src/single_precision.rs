@@ -11,7 +11,7 @@ use ctrl_core::error::ConfigError;
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
-use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VehicleState};
+use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VectorInterval, VehicleState};
 use glam::{DVec3, Quat, Vec3};
 
 use crate::transcription::{Gains, Law, Memory, Quantities, Quaternion, ReferencePoint, Truth};
@@ -102,9 +102,9 @@ fn uncertainty(gains: &Gains) -> Uncertainty {
     let interval = |[lower, upper]: [f64; 2]| Interval { lower: lower as f32, upper: upper as f32 };
     Uncertainty {
         mass: interval(gains.m),
-        inertia: interval(gains.j),
+        inertia: VectorInterval { lower: gains.j[0].as_vec3(), upper: gains.j[1].as_vec3() },
         disturbance_acceleration: gains.d1 as f32,
-        disturbance_torque: gains.d2 as f32,
+        disturbance_torque: gains.d2.as_vec3(),
     }
 }
 
@@ -117,7 +117,7 @@ fn cascade(gains: &Gains) -> CascadeGains {
     CascadeGains {
         k1: gains.k1 as f32,
         k2: gains.k2 as f32,
-        k3: gains.k3 as f32,
+        k3: gains.k3.as_vec3(),
         c: gains.c as f32,
         m1: gains.m1 as f32,
         m2: gains.m2 as f32,
@@ -139,8 +139,8 @@ pub fn robust_adaptive(gains: &Gains, step_period: f32) -> Result<RobustAdaptive
         uncertainty: uncertainty(gains),
         initial: initial(),
         cascade: cascade(gains),
-        k4: gains.k4 as f32,
-        gamma2: gains.gamma2 as f32,
+        k4: gains.k4.as_vec3(),
+        gamma2: gains.gamma2.as_vec3(),
         integral: integral(gains),
     })
 }
@@ -160,10 +160,10 @@ pub fn saturated(gains: &Gains, step_period: f32) -> Result<Saturated, ConfigErr
         initial: initial(),
         cascade: cascade(gains),
         thrust_max: thrust_max as f32,
-        torque_max: gains.m_tau as f32,
-        k4: gains.k4 as f32,
+        torque_max: gains.m_tau.as_vec3(),
+        k4: gains.k4.as_vec3(),
         k5: gains.k5 as f32,
-        gamma2: gains.gamma2 as f32,
+        gamma2: gains.gamma2.as_vec3(),
         gamma3: gains.gamma3 as f32,
         integral: integral(gains),
     })

@@ -187,7 +187,7 @@ fn first_controller_turns_the_short_way() {
 
 #[test]
 fn second_controller_with_torque_to_spare_turns_the_short_way() {
-    let gains = Gains { m_tau: 10.0, ..SATURATED_GAINS };
+    let gains = Gains { m_tau: DVec3::splat(10.0), ..SATURATED_GAINS };
     let controller = saturated(&gains, DT as f32).expect("shipped gains");
     turns_the_short_way(&controller);
 }

@@ -18,6 +18,11 @@ fn core_with_integral_action_agrees_with_the_transcription() {
     sweep("Dense sweep with integral action", 3, Source::step_with_integral);
 }
 
+#[test]
+fn core_with_unlike_axes_agrees_with_the_transcription() {
+    sweep("Dense sweep with integral action", 5, Source::step_with_unlike_axes);
+}
+
 /// Compares steps of both laws from `draw` with the documented accuracies of the page's `section`.
 fn sweep(section: &'static str, first_seed: u64, draw: fn(&mut Source, Law) -> Step) {
     let mut accuracy = Accuracy::documented(section);

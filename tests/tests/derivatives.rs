@@ -29,7 +29,14 @@ const LAWS: [Law; 2] = [Law::RobustAdaptive, Law::Saturated];
 /// the border of its set, and a smoothing width that takes several ticks to cross.
 fn gains(law: Law) -> Gains {
     let gains = if law == Law::RobustAdaptive { ROBUST_ADAPTIVE_GAINS } else { SATURATED_GAINS };
-    Gains { m1: 0.45, m2: 0.45, m_tau: 1e3, gamma1: 0.005, delta_min_translation: 1.0, ..gains }
+    Gains {
+        m1: 0.45,
+        m2: 0.45,
+        m_tau: DVec3::splat(1e3),
+        gamma1: 0.005,
+        delta_min_translation: 1.0,
+        ..gains
+    }
 }
 
 /// Long after the first step: nothing is left of the decaying part of the smoothing width.

@@ -75,7 +75,7 @@ fn assert_examples(said: &Value) {
 /// The list is the core's table with the image's values.
 fn assert_parameters(said: &Value, config: SaturatedConfig) {
     let said = said.as_array().unwrap();
-    assert_eq!(said.len(), SaturatedConfig::TABLE.len());
+    assert_eq!(said.len(), SaturatedConfig::NAMES.len());
     for (index, parameter) in (0..).zip(said) {
         let (name, value) = config.parameter_at(index).unwrap();
         assert_eq!((&parameter[0], number(&parameter[1])), (&json!(name), value));

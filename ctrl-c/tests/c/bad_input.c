@@ -60,8 +60,8 @@ static int is_finite_and_bounded(const fixture *f) {
     CHECK(gyrfalcon_get_bounds(f->controller, &bounds) == GYRFALCON_OK);
     const gyrfalcon_vector *torque = &f->output->torque_body;
     return f->output->thrust >= bounds.thrust_min && f->output->thrust <= bounds.thrust_max &&
-           fabsf(torque->x) <= bounds.torque_max && fabsf(torque->y) <= bounds.torque_max &&
-           fabsf(torque->z) <= bounds.torque_max;
+           fabsf(torque->x) <= bounds.torque_max.x && fabsf(torque->y) <= bounds.torque_max.y &&
+           fabsf(torque->z) <= bounds.torque_max.z;
 }
 
 static void sizes_and_versions(void) {

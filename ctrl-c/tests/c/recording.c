@@ -29,18 +29,18 @@ static void read_floats(FILE *file, float *to, size_t count) {
 static gyrfalcon_config read_config(FILE *file, uint32_t kind) {
     gyrfalcon_config config = {.struct_size = sizeof config, .abi_version = GYRFALCON_ABI_VERSION, .kind = kind};
     read_floats(file, &config.step_period, 2);
-    read_floats(file, &config.uncertainty.mass.lower, 6);
+    read_floats(file, &config.uncertainty.mass.lower, 12);
     read_floats(file, &config.initial.mass, 4);
-    read_floats(file, &config.cascade.k1, 10);
+    read_floats(file, &config.cascade.k1, 12);
     if (kind == GYRFALCON_ROBUST_ADAPTIVE) {
-        read_floats(file, &config.k4, 1);
-        read_floats(file, &config.gamma2, 1);
+        read_floats(file, &config.k4.x, 3);
+        read_floats(file, &config.gamma2.x, 3);
     } else {
         read_floats(file, &config.thrust_max, 1);
-        read_floats(file, &config.torque_max, 1);
-        read_floats(file, &config.k4, 1);
+        read_floats(file, &config.torque_max.x, 3);
+        read_floats(file, &config.k4.x, 3);
         read_floats(file, &config.k5, 1);
-        read_floats(file, &config.gamma2, 1);
+        read_floats(file, &config.gamma2.x, 3);
         read_floats(file, &config.gamma3, 1);
     }
     read_floats(file, &config.integral.acceleration_max, 4);

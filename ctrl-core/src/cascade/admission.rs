@@ -76,7 +76,7 @@ impl Cascade {
     #[inline(never)]
     fn clipped(&self, reference: &Reference) -> Reference {
         let limit = self.reference_acceleration_max;
-        let acceleration_world = clip(reference.acceleration_world, limit);
+        let acceleration_world = clip(reference.acceleration_world, Vec3::splat(limit));
         Reference { acceleration_world, ..*reference }
     }
 

@@ -9,18 +9,18 @@
 
 use glam::Vec3;
 
-use super::step_rate::require_integrable;
+use super::step_rate::{require_integrable, require_integrable_axes};
 use crate::adaptation::Estimate;
 use crate::config::{CascadeGains, IntegralAction};
 use crate::error::Bound::{Inside, NotNegative, Positive};
-use crate::error::{ConfigError, Judge, require};
+use crate::error::{ConfigError, Judge, axis_names, require};
 use crate::sqrt::sqrt;
 
-/// One estimate's bound and gain.
+/// One estimate's bounds and gain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct IntegralLoop {
     /// Bound of each component.
-    pub bound: f32,
+    pub bound: Vec3,
     gain: f32,
 }
 
@@ -39,23 +39,23 @@ pub(crate) struct IntegralState {
 }
 
 impl IntegralLoop {
-    fn new(bound: f32, gain: f32) -> Option<Self> {
-        (bound > 0.0).then_some(Self { bound, gain })
+    fn new(bound: Vec3, gain: f32) -> Option<Self> {
+        (bound.x > 0.0).then_some(Self { bound, gain })
     }
 
     /// The rate of an estimate driven by `drive`: zero in components that the projection holds.
     #[inline(always)]
     pub fn rate(&self, estimate: Vec3, drive: Vec3) -> Vec3 {
         Vec3::new(
-            self.component(estimate.x, drive.x),
-            self.component(estimate.y, drive.y),
-            self.component(estimate.z, drive.z),
+            self.component(estimate.x, drive.x, self.bound.x),
+            self.component(estimate.y, drive.y, self.bound.y),
+            self.component(estimate.z, drive.z, self.bound.z),
         )
     }
 
     #[inline(always)]
-    fn component(&self, estimate: f32, drive: f32) -> f32 {
-        let border = if drive > 0.0 { self.bound } else { -self.bound };
+    fn component(&self, estimate: f32, drive: f32, bound: f32) -> f32 {
+        let border = if drive > 0.0 { bound } else { -bound };
         if estimate == border { 0.0 } else { self.gain * drive }
     }
 
@@ -83,8 +83,8 @@ impl IntegralLoop {
         name: &'static str,
         value: Vec3,
     ) -> Result<Estimate<Vec3>, ConfigError> {
-        let bound = this.map_or(0.0, |it| it.bound);
-        for component in value.to_array() {
+        let bound = this.map_or(Vec3::ZERO, |it| it.bound);
+        for (component, bound) in value.to_array().into_iter().zip(bound.to_array()) {
             require(name, component, Inside(-bound, bound), "the set of the integral action")?;
         }
         Ok(Estimate::new(value))
@@ -95,9 +95,9 @@ impl IntegralLoop {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TorqueEstimate {
     /// Quotient of a torque and the estimate: 1, or `J_lo`.
-    pub divisor: f32,
+    pub divisor: Vec3,
     /// Largest gain from the estimate to `w_e'`: `1/J_lo`, or `J_hi/J_lo`.
-    pub gain_max: f32,
+    pub gain_max: Vec3,
 }
 
 impl Integral {
@@ -121,10 +121,12 @@ impl Integral {
         let slope = gains.k2 * gains.k2 * (gains.m1 + gains.m2) + gains.k1;
         let name = "step_period * sqrt(gamma_d (k2^2 (M1 + M2) + k1))";
         require_integrable(judge, name, step_period, sqrt(gamma_d * slope))?;
-        let name = "step_period * sqrt(gamma_t times its gain)";
-        require_integrable(judge, name, step_period, sqrt(gamma_t * torque.gain_max))?;
+        let names = axis_names!(expression "step_period * sqrt(gamma_t times its gain)");
+        let square = gamma_t * torque.gain_max;
+        let rate = Vec3::new(sqrt(square.x), sqrt(square.y), sqrt(square.z));
+        require_integrable_axes(judge, names, step_period, rate)?;
         Ok(Self {
-            force: IntegralLoop::new(acceleration_max, gamma_d),
+            force: IntegralLoop::new(Vec3::splat(acceleration_max), gamma_d),
             torque: IntegralLoop::new(torque_max / torque.divisor, gamma_t),
         })
     }
@@ -135,7 +137,7 @@ mod tests {
     use super::*;
     use std::assert_eq;
 
-    const LOOP: IntegralLoop = IntegralLoop { bound: 0.3, gain: 2.0 };
+    const LOOP: IntegralLoop = IntegralLoop { bound: Vec3::splat(0.3), gain: 2.0 };
 
     #[test]
     fn the_projection_holds_what_points_outwards_at_the_border() {

@@ -15,7 +15,7 @@ use attitude::{DesiredAttitude, desired_attitude};
 use force::{ForceCommand, force_command};
 pub(crate) use integral::{Integral, IntegralLoop, IntegralState, TorqueEstimate};
 use rate::{VirtualRate, virtual_rate};
-pub(crate) use step_rate::require_integrable;
+pub(crate) use step_rate::{require_integrable, require_integrable_axes};
 
 use crate::adaptation::Estimate;
 use crate::auxiliary::AuxiliaryTerms;

@@ -5,12 +5,14 @@
 //! (or, for a second-order loop, its natural frequency) times `dt` at most one, half of what makes a
 //! held first-order loop unstable.
 
+use glam::Vec3;
+
 use super::Cascade;
 use super::integral::{Integral, TorqueEstimate};
-use super::step_rate::require_integrable;
+use super::step_rate::{require_integrable, require_integrable_axes};
 use crate::config::{CascadeGains, IntegralAction};
 use crate::error::Bound::{Below, Finite, Inside, NotNegative, Positive};
-use crate::error::{ConfigError, Judge};
+use crate::error::{Bound, ConfigError, Judge, axis_names};
 use crate::sqrt::sqrt;
 use crate::vehicle::{GRAVITY, InitialEstimate, Uncertainty, WrenchBounds};
 
@@ -65,12 +67,15 @@ fn require_uncertainty(judge: &mut impl Judge, known: &Uncertainty) -> Result<()
     let above = Inside(known.mass.lower, 1e6);
     judge.require("uncertainty.mass.upper", known.mass.upper, above, "Assumption 1, ordered")?;
     let inertia = known.inertia;
-    judge.require("uncertainty.inertia.lower", inertia.lower, Inside(1e-9, 1e6), "Assumption 2")?;
-    let above = Inside(inertia.lower, 1e6);
-    judge.require("uncertainty.inertia.upper", inertia.upper, above, "Assumption 2, ordered")?;
+    let names = axis_names!("uncertainty.inertia.lower");
+    judge.require_axes(names, inertia.lower, [Inside(1e-9, 1e6); 3], "Assumption 2")?;
+    let above = inertia.lower.to_array().map(|lower| Inside(lower, 1e6));
+    let names = axis_names!("uncertainty.inertia.upper");
+    judge.require_axes(names, inertia.upper, above, "Assumption 2, ordered")?;
     let (d1, d2) = (known.disturbance_acceleration, known.disturbance_torque);
     judge.require("uncertainty.disturbance_acceleration", d1, NotNegative, "D1, Assumption 3")?;
-    judge.require("uncertainty.disturbance_torque", d2, NotNegative, "D2, Assumption 3")
+    let names = axis_names!("uncertainty.disturbance_torque");
+    judge.require_axes(names, d2, [NotNegative; 3], "D2, Assumption 3")
 }
 
 /// Initial estimates inside their sets.
@@ -81,17 +86,17 @@ fn require_initial(
 ) -> Result<(), ConfigError> {
     let mass = Inside(known.mass.lower, known.mass.upper);
     judge.require("initial.mass", initial.mass, mass, "uncertainty.mass")?;
-    let inertia = Inside(known.inertia.lower, known.inertia.upper);
-    judge.require("initial.inertia[0]", initial.inertia.x, inertia, "uncertainty.inertia")?;
-    judge.require("initial.inertia[1]", initial.inertia.y, inertia, "uncertainty.inertia")?;
-    judge.require("initial.inertia[2]", initial.inertia.z, inertia, "uncertainty.inertia")
+    let [x, y, z] = known.inertia.axes().map(Bound::from);
+    judge.require("initial.inertia[0]", initial.inertia.x, x, "uncertainty.inertia")?;
+    judge.require("initial.inertia[1]", initial.inertia.y, y, "uncertainty.inertia")?;
+    judge.require("initial.inertia[2]", initial.inertia.z, z, "uncertainty.inertia")
 }
 
 /// Signs of the gains.
 fn require_gains(judge: &mut impl Judge, gains: &CascadeGains) -> Result<(), ConfigError> {
     judge.require("cascade.k1", gains.k1, Positive, "step 1")?;
     judge.require("cascade.k2", gains.k2, Positive, "step 1")?;
-    judge.require("cascade.k3", gains.k3, Positive, "step 3")?;
+    judge.require_axes(axis_names!("cascade.k3"), gains.k3, [Positive; 3], "step 3")?;
     judge.require("cascade.c", gains.c, NotNegative, "weight of V1")?;
     judge.require("cascade.M1", gains.m1, Positive, "limit of sigma_1")?;
     judge.require("cascade.M2", gains.m2, Positive, "limit of sigma_2")?;
@@ -120,7 +125,7 @@ fn thrust_bounds(
     let bounds = WrenchBounds {
         thrust_min: known.mass.lower * (spared - sum),
         thrust_max: known.mass.upper * (SQRT_3 * lateral + GRAVITY),
-        torque_max: f32::MAX,
+        torque_max: Vec3::splat(f32::MAX),
     };
     judge.require("lower thrust bound", bounds.thrust_min, Positive, "(19)")?;
     judge.require("upper thrust bound", bounds.thrust_max, Finite, "(20)")?;
@@ -146,6 +151,7 @@ fn require_integrable_cascade(
     require_integrable(judge, name, step_period, sqrt(gains.k1 * gains.m1))?;
     let name = "step_period * f_max sqrt(gamma1 (k2^2 (M1 + M2) + k1))";
     require_integrable(judge, name, step_period, thrust_max * sqrt(gains.gamma1 * slope))?;
-    require_integrable(judge, "step_period * k3", step_period, gains.k3)?;
+    let names = axis_names!(expression "step_period * k3");
+    require_integrable_axes(judge, names, step_period, gains.k3)?;
     require_integrable(judge, "step_period * delta_1", step_period, gains.delta_1)
 }

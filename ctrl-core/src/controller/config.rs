@@ -1,5 +1,6 @@
 //! Choice of a controller at run time, by a scenario file or a message.
 
+use glam::Vec3;
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
@@ -107,9 +108,9 @@ impl ControllerConfig {
         }
     }
 
-    /// `M_tau` (N m), where the law limits the torque.
+    /// `M_tau` about each body axis (N m), where the law limits the torque.
     #[must_use]
-    pub fn torque_max(&self) -> Option<f32> {
+    pub fn torque_max(&self) -> Option<Vec3> {
         match self {
             Self::RobustAdaptive(_) => None,
             Self::Saturated(config) => Some(config.torque_max),

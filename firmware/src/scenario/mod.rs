@@ -14,7 +14,7 @@ use ctrl_core::trajectory::{
     CircleConfig, Heading, HoverConfig, Leg, LemniscateConfig, RisingCircleConfig,
     TrajectoryConfig, WaypointPathConfig,
 };
-use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty};
+use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VectorInterval};
 use link::ControllerKind;
 
 /// One scenario of the image.

@@ -40,8 +40,8 @@ impl HostSession<'_> {
     #[must_use]
     pub fn parameter_count(&self) -> u16 {
         let count = match self.tuning.kind {
-            ControllerKind::RobustAdaptive => RobustAdaptiveConfig::TABLE.len(),
-            ControllerKind::Saturated => SaturatedConfig::TABLE.len(),
+            ControllerKind::RobustAdaptive => RobustAdaptiveConfig::NAMES.len(),
+            ControllerKind::Saturated => SaturatedConfig::NAMES.len(),
         };
         count as u16
     }
@@ -89,8 +89,8 @@ impl HostSession<'_> {
         };
         let index = index.ok_or(Rejection::UnknownParameter)?;
         let value = match self.tuning.kind {
-            ControllerKind::RobustAdaptive => parameter_in(self.tuning.robust_adaptive, index),
-            ControllerKind::Saturated => parameter_in(self.tuning.saturated, index),
+            ControllerKind::RobustAdaptive => parameter_in(&self.tuning.robust_adaptive, index),
+            ControllerKind::Saturated => parameter_in(&self.tuning.saturated, index),
         };
         value.map(Downlink::Parameter).ok_or(Rejection::UnknownParameter)
     }
@@ -119,16 +119,15 @@ impl Tuning {
 }
 
 fn replace_parameter_in<C: Parameters>(config: &mut C, name: &str, value: f32) -> Option<f32> {
-    let (_, before) = config.parameter_at(C::parameter_index(name)?)?;
-    *config = config.with_parameter(name, value)?;
-    Some(before)
+    let field = config.field(C::parameter_index(name)?.into())?;
+    Some(replace(field, value))
 }
 
 fn parameter_index_in<C: Parameters>(_: &C, name: &str) -> Option<u16> {
     C::parameter_index(name)
 }
 
-fn parameter_in<C: Parameters>(config: C, index: u16) -> Option<ParameterValue> {
+fn parameter_in<C: Parameters>(config: &C, index: u16) -> Option<ParameterValue> {
     let (name, value) = config.parameter_at(index)?;
-    Some(ParameterValue { index, count: C::TABLE.len() as u16, name: copy(name), value })
+    Some(ParameterValue { index, count: C::NAMES.len() as u16, name: copy(name), value })
 }

@@ -159,26 +159,26 @@ fn more_commands_than_fit_are_refused_not_forgotten() {
 fn a_parameter_is_written_read_back_and_reaches_the_law() {
     let mut session = session();
     assert!(session.take_law().is_none());
-    let answer = send(&mut session, write("k4", 3.5), GROUND);
+    let answer = send(&mut session, write("k4.x", 3.5), GROUND);
     assert_eq!(answer, acknowledged(Ok(())));
-    assert_eq!(read(&mut session, "k4"), 3.5);
+    assert_eq!(read(&mut session, "k4.x"), 3.5);
     let Some(AnyController::Saturated(law)) = session.take_law() else { panic!() };
-    assert_eq!(law.config().k4, 3.5);
+    assert_eq!(law.config().k4.x, 3.5);
     assert!(session.take_law().is_none(), "once");
 }
 
 #[test]
 fn a_refused_parameter_changes_nothing_and_names_the_bound() {
     let mut session = session();
-    let before = read(&mut session, "k4");
-    let answer = send(&mut session, write("k4", -1.0), GROUND);
+    let before = read(&mut session, "k4.x");
+    let answer = send(&mut session, write("k4.x", -1.0), GROUND);
     let [Downlink::Acknowledgement(Acknowledgement { result: Err(rejection), .. })] = &answer[..]
     else {
         panic!("{answer:?}")
     };
     let Rejection::Invalid { parameter, value, lower, .. } = rejection else { panic!() };
-    assert_eq!((&**parameter, *value, *lower), ("k4", -1.0, 0.0));
-    assert_eq!(read(&mut session, "k4"), before);
+    assert_eq!((&**parameter, *value, *lower), ("k4[0]", -1.0, 0.0));
+    assert_eq!(read(&mut session, "k4.x"), before);
     assert!(session.take_law().is_none());
     let unknown = send(&mut session, write("k9", 1.0), GROUND);
     assert_eq!(unknown, acknowledged(Err(Rejection::UnknownParameter)));
@@ -209,7 +209,7 @@ fn every_parameter_can_be_listed() {
 fn settings_are_refused_in_flight() {
     let mut session = session();
     let settings = [
-        write("k4", 3.5),
+        write("k4.x", 3.5),
         Uplink::SelectController(ControllerKind::RobustAdaptive),
         Uplink::SelectTrajectory(TrajectorySelection::Stream),
         Uplink::PathBegin { start_world: Vec3::ZERO, yaw: 0.0, legs: 1 },
@@ -334,7 +334,7 @@ fn asked(session: &mut HostSession) -> Downlink {
 #[test]
 fn parameters_to_be_stored_are_handed_out_once_and_the_end_is_answered() {
     let mut session = session();
-    send(&mut session, write("k4", 3.5), GROUND);
+    send(&mut session, write("k4.x", 3.5), GROUND);
     assert_eq!(asked(&mut session), in_force(ParameterOrigin::BuiltIn, 0, true));
     assert_eq!(send(&mut session, Uplink::ParametersPersist, GROUND), []);
     let parameters = session.next_to_store().unwrap();
@@ -344,15 +344,15 @@ fn parameters_to_be_stored_are_handed_out_once_and_the_end_is_answered() {
     let answers: Vec<_> = core::iter::from_fn(|| session.next_answer()).collect();
     assert_eq!(answers[0], in_force(ParameterOrigin::Stored, 9, false));
     assert_eq!(answers[1..], acknowledged(Ok(())));
-    send(&mut session, write("k4", 3.75), GROUND);
+    send(&mut session, write("k4.x", 3.75), GROUND);
     assert_eq!(asked(&mut session), in_force(ParameterOrigin::Stored, 9, true));
 }
 
 #[test]
 fn forgetting_brings_the_built_in_parameters_back_at_once() {
     let mut session = session();
-    let built_in = BUILT_IN_MISSION.tuning.saturated.k4;
-    send(&mut session, write("k4", 3.5), GROUND);
+    let built_in = BUILT_IN_MISSION.tuning.saturated.k4.x;
+    send(&mut session, write("k4.x", 3.5), GROUND);
     session.take_law();
     assert_eq!(send(&mut session, Uplink::ParametersForget, GROUND), []);
     assert_eq!(session.next_to_store(), Some(StoredParameters::Forgotten.encode()));
@@ -362,7 +362,7 @@ fn forgetting_brings_the_built_in_parameters_back_at_once() {
         core::iter::from_fn(|| session.next_answer()).collect::<Vec<_>>(),
         acknowledged(Ok(()))
     );
-    assert_eq!(read(&mut session, "k4"), built_in);
+    assert_eq!(read(&mut session, "k4.x"), built_in);
     assert!(session.take_law().is_some());
 }
 
@@ -372,7 +372,7 @@ fn nothing_arms_or_changes_while_parameters_are_stored() {
     send(&mut session, Uplink::ParametersPersist, GROUND);
     let refused = acknowledged(Err(Rejection::NotNow));
     let others = [
-        write("k4", 3.5),
+        write("k4.x", 3.5),
         Uplink::Command(Command::Arm),
         Uplink::Command(Command::Start),
         Uplink::ParametersPersist,
@@ -390,7 +390,7 @@ fn nothing_arms_or_changes_while_parameters_are_stored() {
     assert_eq!(send(&mut session, Uplink::Command(Command::Disarm), GROUND), [], "is queued");
     session.stored(Ok(1));
     while session.next_answer().is_some() {}
-    assert_eq!(send(&mut session, write("k4", 3.5), GROUND), acknowledged(Ok(())));
+    assert_eq!(send(&mut session, write("k4.x", 3.5), GROUND), acknowledged(Ok(())));
 }
 
 #[test]
@@ -415,14 +415,14 @@ fn a_memory_that_fails_or_is_full_is_reported_and_changes_nothing() {
         [(StoreError::Failed, Rejection::StorageFailed), (StoreError::Full, Rejection::StorageFull)]
     {
         let mut session = session();
-        send(&mut session, write("k4", 3.5), GROUND);
+        send(&mut session, write("k4.x", 3.5), GROUND);
         send(&mut session, Uplink::ParametersPersist, GROUND);
         session.next_to_store().unwrap();
         session.stored(Err(error));
         assert_eq!(session.next_answer(), Some(in_force(ParameterOrigin::BuiltIn, 0, true)));
         let answers: Vec<_> = core::iter::from_fn(|| session.next_answer()).collect();
         assert_eq!(answers, acknowledged(Err(rejection)));
-        assert_eq!(read(&mut session, "k4"), 3.5);
+        assert_eq!(read(&mut session, "k4.x"), 3.5);
     }
 }
 

@@ -93,14 +93,14 @@ static void set_points_turn_the_vehicle(void) {
 }
 
 static void parameters_are_checked_before_they_fly(void) {
-    float *k3 = param("k3"), good = *k3;
+    float *k3 = param("k3X"), good = *k3;
     uint8_t *apply = param("apply");
     *k3 = -1.0f;
     app_turn();
     CHECK(count("refusals") == 0);
     *apply = 1;
     app_turn();
-    CHECK(count("refusals") == 1 && *apply == 0 && strstr(printed, "cascade.k3 = -1") != NULL);
+    CHECK(count("refusals") == 1 && *apply == 0 && strstr(printed, "cascade.k3[0] = -1") != NULL);
     call(&hover);
     CHECK(control.controlMode == controlModeForceTorque && control.thrustSi > 0.25f);
     /* Other gains act from the next call on; the estimates go on. */

@@ -257,14 +257,14 @@ void holds_the_wrench_when_the_state_is_bad()
 
 void checks_parameters_in_flight()
 {
-	const float good = stub::parameter("GYR_K3");
-	stub::set_parameter("GYR_K3", -1.f);
+	const float good = stub::parameter("GYR_K3_X");
+	stub::set_parameter("GYR_K3_X", -1.f);
 	stub::put(stub::topic_parameter_update, parameter_update_s{stub::now});
 	fly(0.01f);
-	CHECK(strstr(stub::printed, "cascade.k3 = -1") != nullptr);
+	CHECK(strstr(stub::printed, "cascade.k3[0] = -1") != nullptr);
 	fly(5.f);
 	CHECK(is_at(1.f, -2.f, -11.f));
-	stub::set_parameter("GYR_K3", good);
+	stub::set_parameter("GYR_K3_X", good);
 	stub::set_parameter("GYR_SC_Y", 0.f);
 	stub::put(stub::topic_parameter_update, parameter_update_s{stub::now});
 	fly(0.01f);

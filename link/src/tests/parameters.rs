@@ -6,13 +6,13 @@ use std::string::String;
 use super::*;
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::saturated::Saturated;
-use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty};
+use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VectorInterval};
 
 fn cascade() -> CascadeGains {
     CascadeGains {
         k1: 0.5,
         k2: 1.0,
-        k3: 2.0,
+        k3: Vec3::new(2.0, 2.1, 1.2),
         c: 0.001,
         m1: 0.45,
         m2: 0.46,
@@ -29,17 +29,20 @@ fn saturated() -> SaturatedConfig {
         reference_acceleration_max: 0.25,
         uncertainty: Uncertainty {
             mass: Interval { lower: 0.7, upper: 1.01 },
-            inertia: Interval { lower: 0.03, upper: 0.12 },
+            inertia: VectorInterval {
+                lower: Vec3::new(0.03, 0.031, 0.032),
+                upper: Vec3::new(0.12, 0.121, 0.122),
+            },
             disturbance_acceleration: 0.052,
-            disturbance_torque: 0.053,
+            disturbance_torque: Vec3::new(0.053, 0.0531, 0.02),
         },
         initial: InitialEstimate { mass: 0.75, inertia: Vec3::new(0.06, 0.061, 0.062) },
         cascade: cascade(),
         thrust_max: 13.0,
-        torque_max: 0.054,
-        k4: 4.0,
+        torque_max: Vec3::new(0.054, 0.055, 0.022),
+        k4: Vec3::new(4.0, 4.1, 3.2),
         k5: 0.55,
-        gamma2: 0.01,
+        gamma2: Vec3::new(0.01, 0.013, 0.014),
         gamma3: 0.012,
         integral: IntegralAction::OFF,
     }
@@ -68,16 +71,13 @@ fn assert_complete<C: Parameters + serde::Serialize>(config: C) {
     let mut found = Vec::new();
     numbers(&serde_json::to_value(config).unwrap(), "", &mut found);
     found.retain(|(name, _)| name != "step_period");
-    assert_eq!(found.len(), C::TABLE.len());
+    assert_eq!(found.len(), C::NAMES.len());
     for (name, value) in found {
         let index = C::parameter_index(&name).unwrap_or_else(|| panic!("{name} is missing"));
-        assert_eq!(
-            config.parameter_at(index),
-            Some((C::TABLE[usize::from(index)].name, value as f32))
-        );
+        assert_eq!(config.parameter_at(index), Some((C::NAMES[usize::from(index)], value as f32)));
     }
-    let names: HashSet<_> = C::TABLE.iter().map(|parameter| parameter.name).collect();
-    assert!(names.len() == C::TABLE.len() && names.iter().all(|name| name.len() <= NAME_MAX));
+    let names: HashSet<_> = C::NAMES.iter().collect();
+    assert!(names.len() == C::NAMES.len() && names.iter().all(|name| name.len() <= NAME_MAX));
 }
 
 #[test]
@@ -91,22 +91,19 @@ fn every_number_of_both_configurations_has_a_name() {
         uncertainty,
         initial,
         cascade: cascade(),
-        k4: 3.0,
-        gamma2: 0.01,
+        k4: Vec3::new(3.0, 3.1, 2.2),
+        gamma2: Vec3::new(0.01, 0.013, 0.014),
         integral: IntegralAction::OFF,
     });
 }
 
 #[test]
 fn writing_changes_the_named_field_only() {
-    for (index, parameter) in (0..).zip(SaturatedConfig::TABLE) {
-        let changed = saturated().with_parameter(parameter.name, 123.0).unwrap();
-        for other in 0..SaturatedConfig::TABLE.len() as u16 {
-            let expected = if other == index {
-                Some((parameter.name, 123.0))
-            } else {
-                saturated().parameter_at(other)
-            };
+    for (index, &name) in (0..).zip(SaturatedConfig::NAMES) {
+        let changed = saturated().with_parameter(name, 123.0).unwrap();
+        for other in 0..SaturatedConfig::NAMES.len() as u16 {
+            let expected =
+                if other == index { Some((name, 123.0)) } else { saturated().parameter_at(other) };
             assert_eq!(changed.parameter_at(other), expected);
         }
         assert_eq!(changed.step_period, saturated().step_period);
@@ -118,7 +115,7 @@ fn unknown_names_and_indices_are_refused() {
     assert!(saturated().with_parameter("step_period", 1.0).is_none());
     assert!(saturated().with_parameter("", 1.0).is_none());
     assert_eq!(SaturatedConfig::parameter_index("cascade.k9"), None);
-    assert_eq!(saturated().parameter_at(SaturatedConfig::TABLE.len() as u16), None);
+    assert_eq!(saturated().parameter_at(SaturatedConfig::NAMES.len() as u16), None);
 }
 
 #[test]
@@ -128,9 +125,13 @@ fn the_constructor_judges_what_is_written() {
         Saturated::new(&written).err()
     };
     assert_eq!(refused("cascade.k1", 0.6), None);
-    for (name, value) in
-        [("cascade.k1", f32::NAN), ("cascade.M1", 9.0), ("torque_max", -1.0), ("initial.mass", 2.0)]
-    {
+    assert_eq!(refused("k4.y", -1.0).unwrap().parameter, "k4[1]");
+    for (name, value) in [
+        ("cascade.k1", f32::NAN),
+        ("cascade.M1", 9.0),
+        ("torque_max.z", -1.0),
+        ("initial.mass", 2.0),
+    ] {
         let error = refused(name, value).unwrap_or_else(|| panic!("{name} = {value} is taken"));
         assert!(matches!(Rejection::from(error), Rejection::Invalid { .. }));
     }
@@ -138,14 +139,14 @@ fn the_constructor_judges_what_is_written() {
 
 #[test]
 fn all_values_are_read_and_set_in_the_order_of_the_table() {
-    let mut values = [0.0; 40];
-    let count = SaturatedConfig::TABLE.len();
+    let mut values = [0.0; 60];
+    let count = SaturatedConfig::NAMES.len();
     saturated().read_all(&mut values);
     for (index, value) in (0..).zip(&values[..count]) {
         assert_eq!(saturated().parameter_at(index).unwrap().1, *value);
     }
     let doubled = values.map(|value| value * 2.0);
-    let mut back = [0.0; 40];
+    let mut back = [0.0; 60];
     saturated().with_all(&doubled).read_all(&mut back);
     assert_eq!(back[..count], doubled[..count]);
     // No more than there is room for, and no more than there are.

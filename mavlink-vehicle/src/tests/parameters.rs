@@ -32,9 +32,8 @@ fn write(air: &mut Air, text: &str, param_value: f32) -> (Vec<f32>, Vec<MavParam
 
 #[test]
 fn every_parameter_of_the_link_has_one_short_name() {
-    let long = RobustAdaptiveConfig::TABLE.iter().map(|parameter| parameter.name);
-    let long: Vec<_> =
-        long.chain(SaturatedConfig::TABLE.iter().map(|parameter| parameter.name)).collect();
+    let long = RobustAdaptiveConfig::NAMES.iter().copied();
+    let long: Vec<_> = long.chain(SaturatedConfig::NAMES.iter().copied()).collect();
     for name in &long {
         let short = short_name(name).unwrap_or_else(|| panic!("{name} has no short name"));
         assert!(short.len() <= 16 && !short.is_empty(), "{short}");

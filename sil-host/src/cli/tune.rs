@@ -17,11 +17,15 @@ pub struct TuneArguments {
     /// Least modulus of the poles of position and height (rad/s); 0.5 by default.
     #[arg(long, value_name = "RAD/S")]
     pub position_bandwidth: Option<f64>,
-    /// Least modulus of the poles of the attitude (rad/s); five times the position's by default, less
+    /// Least modulus of the poles of the attitude about a tilt axis (rad/s); five times the position's by default, less
     /// where the torque does not allow it.
     #[arg(long, value_name = "RAD/S")]
     pub attitude_bandwidth: Option<f64>,
-    /// Least damping ratio of both; 0.5 by default.
+    /// The same about the vertical body axis (rad/s); the attitude's by default, less where there is
+    /// less torque for the inertia.
+    #[arg(long, value_name = "RAD/S")]
+    pub heading_bandwidth: Option<f64>,
+    /// Least damping ratio of all; 0.5 by default.
     #[arg(long, value_name = "RATIO")]
     pub damping: Option<f64>,
     /// Share of every inequality's headroom that is kept as margin [default: 0.1].
@@ -57,6 +61,7 @@ impl TuneArguments {
         WantedOptions {
             position_bandwidth: self.position_bandwidth,
             attitude_bandwidth: self.attitude_bandwidth,
+            heading_bandwidth: self.heading_bandwidth,
             damping: self.damping,
             margin: self.margin,
             position_range: self.position_range,

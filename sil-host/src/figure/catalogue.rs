@@ -9,6 +9,7 @@ use super::time_series::{
     lower_bound, path_styles, scalar, upper_bound, vector, vector_legend,
 };
 use ctrl_core::controller::ControllerConfig;
+use glam::Vec3;
 use sim::guarantee::bounds::ThrustBounds;
 use sim::plant::PlantParameters;
 use sim::quantity::table::*;
@@ -102,12 +103,28 @@ fn thrust(recorder: &FigureRecorder, controller: &ControllerConfig) -> Figure {
     figure("thrust", "Thrust", legend, quantity.panels(recorder, true))
 }
 
+/// The bounds of the three axes that differ, with what is added to their names.
+fn per_axis(bounds: Vec3) -> Vec<(f64, &'static str)> {
+    let [x, y, z] = bounds.as_dvec3().to_array();
+    if x == y && x == z {
+        vec![(x, "")]
+    } else if x == y {
+        vec![(x, ",xy"), (z, ",z")]
+    } else {
+        vec![(x, ",x"), (y, ",y"), (z, ",z")]
+    }
+}
+
 fn torque_quantity(controller: &ControllerConfig) -> TimeSeries {
     // Three dense lines on top of each other: let those below shine through.
     let translucent = |(channel, style)| (channel, Style { width: 1.0, opacity: 0.75, ..style });
-    let bounds = |limit| [upper_bound(limit, "M_{τ}"), lower_bound(-limit, "\u{2212}M_{τ}")];
+    let bounds = |(limit, axis): (f64, &str)| {
+        let name = format!("M_{{τ{axis}}}");
+        [upper_bound(limit, &name), lower_bound(-limit, &format!("\u{2212}{name}"))]
+    };
+    let limits = controller.torque_max().map(per_axis).into_iter().flatten();
     TimeSeries::new("τ  [N m]", &vector(&TORQUE).map(translucent))
-        .with_guides(controller.torque_max().map(f64::from).into_iter().flat_map(bounds))
+        .with_guides(limits.flat_map(bounds))
 }
 
 fn torque(recorder: &FigureRecorder, controller: &ControllerConfig) -> Figure {
@@ -144,10 +161,12 @@ fn estimates(
         lower_bound(known.mass.lower.into(), "m_{lo}"),
         upper_bound(known.mass.upper.into(), "m_{hi}"),
     ]);
-    let mut guides = vec![
-        lower_bound(known.inertia.lower.into(), "J_{lo}"),
-        upper_bound(known.inertia.upper.into(), "J_{hi}"),
-    ];
+    let lower = per_axis(known.inertia.lower).into_iter();
+    let upper = per_axis(known.inertia.upper).into_iter();
+    let mut guides: Vec<_> = lower
+        .map(|(value, axis)| lower_bound(value, &format!("J_{{lo{axis}}}")))
+        .chain(upper.map(|(value, axis)| upper_bound(value, &format!("J_{{hi{axis}}}"))))
+        .collect();
     let names = ["true J_{x}", "true J_{y}", "true J_{z}"];
     for ((value, label), colour) in vehicle.inertia.to_array().into_iter().zip(names).zip(AXES) {
         if guides.iter().all(|guide| guide.value != value) {

@@ -60,7 +60,8 @@ const fn field(
 /// The topics for a controller with these bounds; the torque is normalised by its bound, hence left out
 /// without one.
 pub fn topics(bounds: &WrenchBounds) -> impl Iterator<Item = &'static Px4Topic> {
-    let torque = (bounds.torque_max < f32::MAX).then_some(&VEHICLE_TORQUE_SETPOINT);
+    let limited = bounds.torque_max.max_element() < f32::MAX;
+    let torque = limited.then_some(&VEHICLE_TORQUE_SETPOINT);
     ALL.iter().copied().chain(torque)
 }
 

@@ -3,12 +3,14 @@
 use std::collections::BTreeSet;
 
 use ctrl_core::vehicle::WrenchBounds;
+use glam::Vec3;
 use sim::quantity::{Quantity, TOPICS};
 
 use super::moment::MOTORS;
 use super::{PREFIX, px4, ticks_between};
 
-const BOUNDS: WrenchBounds = WrenchBounds { thrust_min: 1.0, thrust_max: 12.0, torque_max: 0.05 };
+const BOUNDS: WrenchBounds =
+    WrenchBounds { thrust_min: 1.0, thrust_max: 12.0, torque_max: Vec3::new(0.05, 0.05, 0.02) };
 
 /// A field of a ULog: name, unit, meaning, and size and number of its values.
 type Field = (&'static str, &'static str, &'static str, (usize, usize));

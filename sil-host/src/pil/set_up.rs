@@ -80,7 +80,7 @@ fn write_all<C: Parameters>(
     config: &C,
     state: VehicleState,
 ) -> Result<(), PilError> {
-    let indices = 0..C::TABLE.len() as u16;
+    let indices = 0..C::NAMES.len() as u16;
     let mut left: Vec<_> = indices.filter_map(|index| config.parameter_at(index)).collect();
     loop {
         let before = left.len();

@@ -3,6 +3,8 @@
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::ControllerConfig;
 
+use glam::DVec3;
+
 use super::digits::rounded;
 use super::request::{Limits, Request};
 
@@ -10,16 +12,18 @@ use super::request::{Limits, Request};
 /// manoeuvre (one radian of amplitude at the attitude's bandwidth, or the whole torque).
 const ADAPTATION: f64 = 0.02;
 
-/// The controller with these gains; `attitude` is the speed of its attitude loop (rad/s).
+/// The controller with these gains; `attitude` is the speed of its attitude loop about
+/// each axis (rad/s).
 pub(super) fn assembled(
     request: &Request,
     cascade: CascadeGains,
-    k4: f64,
+    k4: DVec3,
     k5: f64,
-    attitude: f64,
+    attitude: DVec3,
 ) -> ControllerConfig {
     let &Request { known, initial, reference_acceleration_max, step_period, limits, .. } = request;
-    let cubed = attitude.powi(3);
+    let in_motion = ADAPTATION * k4 / (attitude * attitude * attitude);
+    let rounded_each = |it: DVec3| it.map(rounded).as_vec3();
     match limits {
         None => ControllerConfig::RobustAdaptive(RobustAdaptiveConfig {
             step_period,
@@ -27,8 +31,8 @@ pub(super) fn assembled(
             uncertainty: known,
             initial,
             cascade,
-            k4: k4 as f32,
-            gamma2: rounded(ADAPTATION * k4 / cubed) as f32,
+            k4: k4.as_vec3(),
+            gamma2: rounded_each(in_motion),
             integral: IntegralAction::OFF,
         }),
         Some(Limits { thrust_max, torque_max }) => ControllerConfig::Saturated(SaturatedConfig {
@@ -39,10 +43,12 @@ pub(super) fn assembled(
             cascade,
             thrust_max,
             torque_max,
-            k4: k4 as f32,
+            k4: k4.as_vec3(),
             k5: k5 as f32,
-            gamma2: rounded(ADAPTATION * attitude * k4 / f64::from(torque_max).powi(2)) as f32,
-            gamma3: rounded(ADAPTATION * k4 / cubed) as f32,
+            gamma2: rounded_each(
+                ADAPTATION * attitude * k4 / (torque_max.as_dvec3() * torque_max.as_dvec3()),
+            ),
+            gamma3: rounded(in_motion.min_element()) as f32,
             integral: IntegralAction::OFF,
         }),
     }

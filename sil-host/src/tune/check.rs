@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use glam::{DVec3, Vec3};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
@@ -125,20 +126,21 @@ fn definition(proposal: &Proposal, name: &str) -> Definition {
         ends.dedup();
         ends
     };
-    let levels = |path: &str, values: Vec<f64>| Vary {
-        path: format!("{path}[0]"),
-        also: vec![format!("{path}[1]"), format!("{path}[2]")],
-        values: Some(values),
-        ..Vary::default()
-    };
     let between = |path: &str, lower: f64, upper: f64| Vary {
         path: path.to_owned(),
         uniform: Some(crate::campaign::Range { lower, upper }),
         ..Vary::default()
     };
-    let estimate = format!("controller.{}.initial.inertia", proposal.law.key());
     let mass =
         Vary { path: "vehicle.mass".to_owned(), values: Some(ends(known.mass)), ..Vary::default() };
+    let (inertias, pairings) = inertias(proposal);
+    let paired = |variant: VariantDefinition| {
+        pairings.iter().map(move |(name, set)| VariantDefinition {
+            name: format!("{}{name}", variant.name),
+            set: [&variant.set[..], set].concat(),
+            ..variant.clone()
+        })
+    };
     Definition {
         name: name.to_owned(),
         description: "Check of proposed gains over the corners of the uncertainty.".to_owned(),
@@ -150,17 +152,56 @@ fn definition(proposal: &Proposal, name: &str) -> Definition {
         envelope: None,
         stop: None,
         splitting: None,
-        vary: vec![
-            mass,
-            levels("vehicle.inertia", ends(known.inertia)),
-            levels(&estimate, ends(known.inertia)),
-            between("initial.tilt_deg", 0.0, TILT_MAX),
-            between("initial.tilt_direction_deg", 0.0, 360.0),
-            between("initial.heading_deg", 0.0, 360.0),
-        ],
-        variant: variants(proposal),
+        vary: [mass]
+            .into_iter()
+            .chain(inertias)
+            .chain([
+                between("initial.tilt_deg", 0.0, TILT_MAX),
+                between("initial.tilt_direction_deg", 0.0, 360.0),
+                between("initial.heading_deg", 0.0, 360.0),
+            ])
+            .collect(),
+        variant: variants(proposal).into_iter().flat_map(paired).collect(),
         scenarios: BTreeMap::from([(request.name.clone(), proposal.scenario())]),
     }
+}
+
+/// Name and changes of a variant.
+type Change = (String, Vec<String>);
+
+/// Both ends of the inertia and of its first estimate: levels of the grid while the axes are alike, else
+/// variants, since a level is one number.
+fn inertias(proposal: &Proposal) -> (Vec<Vary>, Vec<Change>) {
+    let known = &proposal.request.known.inertia;
+    let paths = [
+        "vehicle.inertia".to_owned(),
+        format!("controller.{}.initial.inertia", proposal.law.key()),
+    ];
+    let ends = [known.lower, known.upper];
+    if ends.iter().all(|end| *end == Vec3::splat(end.x)) {
+        let mut values = ends.map(|end| f64::from(end.x)).to_vec();
+        values.dedup();
+        let levels = |path: &String| Vary {
+            path: format!("{path}[0]"),
+            also: vec![format!("{path}[1]"), format!("{path}[2]")],
+            values: Some(values.clone()),
+            ..Vary::default()
+        };
+        return (paths.iter().map(levels).collect(), vec![(String::new(), vec![])]);
+    }
+    let named = [("lower", known.lower), ("upper", known.upper)];
+    let pairs = named.into_iter().flat_map(|truth| named.map(|estimate| (truth, estimate)));
+    let changes = pairs.map(|((truth, j), (estimate, j_hat))| {
+        let set =
+            paths.iter().zip([j, j_hat]).map(|(path, j)| format!("{path}={}", list(j.as_dvec3())));
+        (format!("-{truth}-inertia-taken-for-{estimate}"), set.collect())
+    });
+    (vec![], changes.collect())
+}
+
+/// A vector in TOML.
+fn list(x: DVec3) -> String {
+    format!("{:?}", x.to_array())
 }
 
 /// Noise at the full bounds; lasting disturbances at the bounds of what may last, at the speed that the
@@ -180,10 +221,9 @@ fn variants(proposal: &Proposal) -> Vec<VariantDefinition> {
         variant(name, calm.iter().map(|&change| change.to_owned()).chain(more).collect())
     };
     let constant = |sign: f64| {
-        let (push, turn) = (sign * d1, sign * d2);
         vec![
-            format!("disturbance.constant.acceleration=[{d1:?}, {push:?}, {push:?}]"),
-            format!("disturbance.constant.torque=[{d2:?}, {turn:?}, {d2:?}]"),
+            format!("disturbance.constant.acceleration={}", list(d1 * DVec3::new(1.0, sign, sign))),
+            format!("disturbance.constant.torque={}", list(d2 * DVec3::new(1.0, sign, 1.0))),
         ]
     };
     vec![
@@ -195,7 +235,7 @@ fn variants(proposal: &Proposal) -> Vec<VariantDefinition> {
             vec![
                 format!("disturbance.sinusoid.frequency={:?}", bandwidth / core::f64::consts::TAU),
                 format!("disturbance.sinusoid.acceleration=[{d1:?}, {d1:?}, {d1:?}]"),
-                format!("disturbance.sinusoid.torque=[{d2:?}, {d2:?}, {d2:?}]"),
+                format!("disturbance.sinusoid.torque={}", list(d2)),
             ],
         ),
         lasting(
@@ -203,7 +243,7 @@ fn variants(proposal: &Proposal) -> Vec<VariantDefinition> {
             vec![
                 format!("disturbance.gust.hold={:?}", core::f64::consts::PI / bandwidth),
                 format!("disturbance.gust.acceleration={d1:?}"),
-                format!("disturbance.gust.torque={d2:?}"),
+                format!("disturbance.gust.torque={}", list(d2)),
             ],
         ),
     ]

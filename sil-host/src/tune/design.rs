@@ -6,6 +6,7 @@ use ctrl_core::error::{Bound, Condition, ConfigError};
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::vehicle::GRAVITY;
+use glam::DVec3;
 
 use super::assembly::assembled;
 use super::digits::{rounded, rounded_down};
@@ -14,7 +15,7 @@ use super::infeasible::{Infeasible, Remedy};
 use super::margin::{Rotors, margins};
 use super::request::Request;
 use super::room::{acceleration, auxiliary_gain};
-use super::survey::{LoopSurvey, Which};
+use super::survey::{LoopSurvey, Met, Which};
 use ctrl_core::controller::ControllerConfig;
 use sim::number::number;
 
@@ -81,6 +82,9 @@ struct Factors {
     position_damping: f64,
     attitude: f64,
     attitude_damping: f64,
+    /// As those of the attitude while the axes are alike.
+    heading: f64,
+    heading_damping: f64,
     rotation_slope: f64,
 }
 
@@ -114,10 +118,17 @@ fn search(request: &Request, rotation_slope: f64) -> Result<ControllerConfig, In
         position_damping: 1.0,
         attitude: 1.0,
         attitude_damping: 1.0,
+        heading: 1.0,
+        heading_damping: 1.0,
         rotation_slope,
     };
     let mut fault = None;
+    let alike = request.axes_alike();
     for _ in 0..ROUNDS {
+        if alike {
+            factors.heading = factors.attitude;
+            factors.heading_damping = factors.attitude_damping;
+        }
         let law = first_guess(request, &factors)?;
         with_margin(&law, wanted.margin).map_err(|error| refused(request, &error))?;
         let [lateral, vertical, attitude] =
@@ -142,6 +153,13 @@ fn search(request: &Request, rotation_slope: f64) -> Result<ControllerConfig, In
             &mut factors.attitude_damping,
             (&attitude, false),
         );
+        if !alike {
+            let heading = LoopSurvey::new(Which::Heading, &law);
+            let Met { value, .. } = heading.bandwidth;
+            short(value, wanted.heading_bandwidth, &mut factors.heading, (&heading, true));
+            let Met { value, .. } = heading.damping;
+            short(value, wanted.damping, &mut factors.heading_damping, (&heading, false));
+        }
         short(
             vertical.damping.value,
             wanted.damping,
@@ -192,15 +210,21 @@ fn behind_rotors(request: &Request, law: ControllerConfig) -> Result<ControllerC
         right: least.phase.to_degrees(),
         unit: "deg",
         remedies: vec!["faster rotors".to_owned(), "a smaller disturbance_torque".to_owned()],
-        remedy: Some((Remedy::AttitudeBandwidth, request.wanted.attitude_bandwidth)),
+        remedy: Some(match least.which {
+            Which::Heading => (Remedy::HeadingBandwidth, request.wanted.heading_bandwidth),
+            _ => (Remedy::AttitudeBandwidth, request.wanted.attitude_bandwidth),
+        }),
     })
 }
 
 fn poles_out_of_reach(request: &Request, (survey, bandwidth): &(LoopSurvey, bool)) -> Infeasible {
     let (what, unit, met, asked) = if *bandwidth {
-        let position = survey.which != Which::Attitude;
         let wanted = &request.wanted;
-        let asked = if position { wanted.position_bandwidth } else { wanted.attitude_bandwidth };
+        let asked = match survey.which {
+            Which::Attitude => wanted.attitude_bandwidth,
+            Which::Heading => wanted.heading_bandwidth,
+            _ => wanted.position_bandwidth,
+        };
         ("bandwidth", "rad/s", survey.bandwidth, asked)
     } else {
         ("damping", "of critical", survey.damping, request.wanted.damping)
@@ -220,6 +244,7 @@ fn poles_out_of_reach(request: &Request, (survey, bandwidth): &(LoopSurvey, bool
         remedy: Some(match (bandwidth, survey.which) {
             (false, _) => (Remedy::Damping, met.value),
             (true, Which::Attitude) => (Remedy::AttitudeBandwidth, met.value),
+            (true, Which::Heading) => (Remedy::HeadingBandwidth, met.value),
             (true, _) => (Remedy::PositionBandwidth, met.value),
         }),
     }
@@ -254,41 +279,50 @@ fn refused(request: &Request, error: &ConfigError) -> Infeasible {
 fn first_guess(request: &Request, factors: &Factors) -> Result<ControllerConfig, Infeasible> {
     let Request { known, wanted, .. } = request;
     let position = factors.position * wanted.position_bandwidth;
-    let attitude = factors.attitude * wanted.attitude_bandwidth;
+    let tilting = factors.attitude * wanted.attitude_bandwidth;
+    let heading = factors.heading * wanted.heading_bandwidth;
+    let attitude = DVec3::new(tilting, tilting, heading);
     let sum = acceleration(request, position)?;
     let k5 = auxiliary_gain(request, attitude)?;
     let m1 = rounded_down(0.5 * sum);
     let k1 = rounded(position * position / m1);
     let k2 = rounded(factors.position_damping * wanted.damping * position / m1);
-    let k3 = rounded(2.0 * attitude);
-    let k4 = rounded(rate_gain(request, k3, factors.attitude_damping * wanted.damping));
-    let [d1, d2] = [known.disturbance_acceleration, known.disturbance_torque].map(f64::from);
+    let k3 = (2.0 * attitude).map(rounded);
+    let (damping, turning) = (factors.attitude_damping, factors.heading_damping);
+    let damping = DVec3::new(damping, damping, turning) * wanted.damping;
+    let axes = [0, 1, 2].map(|axis| rate_gain(request, axis, k3[axis], damping[axis]));
+    let k4 = DVec3::from(axes).map(rounded);
+    let d1 = f64::from(known.disturbance_acceleration);
+    let d2 = known.disturbance_torque.as_dvec3();
     // Without a disturbance the width of its smooth sign does not matter.
     let width = |bound: f64, slope: f64, otherwise: f64| {
         rounded(if bound > 0.0 { bound / slope } else { otherwise })
     };
-    let inertia = if request.limits.is_some() { f64::from(known.inertia.lower) } else { 1.0 };
+    let lower = known.inertia.lower.as_dvec3();
+    let inertia = if request.limits.is_some() { lower } else { DVec3::ONE };
+    // One width for all axes: the slope of none is steeper than wanted.
+    let widths = d2 / (factors.rotation_slope * k4 * inertia);
+    let delta_rotation = if d2 == DVec3::ZERO { 0.02 * tilting } else { widths.max_element() };
     let cascade = CascadeGains {
         k1: k1 as f32,
         k2: k2 as f32,
-        k3: k3 as f32,
-        c: rounded(COUPLING * k3 / (4.0 * G * G * (k2 + k1 / (2.0 * k2 * m1)))) as f32,
+        k3: k3.as_vec3(),
+        c: rounded(COUPLING * k3.x / (4.0 * G * G * (k2 + k1 / (2.0 * k2 * m1)))) as f32,
         m1: m1 as f32,
         m2: m1 as f32,
         gamma1: 0.0,
         delta_1: rounded(0.5 * wanted.position_bandwidth) as f32,
         delta_min_translation: width(d1, TRANSLATION_SLOPE / k2, 0.1 * k2 * m1) as f32,
-        delta_min_rotation: width(d2, factors.rotation_slope * k4 * inertia, 0.02 * attitude)
-            as f32,
+        delta_min_rotation: rounded(delta_rotation) as f32,
     };
     Ok(assembled(request, cascade, k4, k5, attitude))
 }
 
-/// `k4` with which the attitude about an axis has the damping ratio `damping` at least at the corner that
+/// `k4` with which the attitude about `axis` has the damping ratio `damping` at least at the corner that
 /// damps worst, without the smooth sign.
-fn rate_gain(request: &Request, k3: f64, damping: f64) -> f64 {
-    let (lower, upper) =
-        (f64::from(request.known.inertia.lower), f64::from(request.known.inertia.upper));
+fn rate_gain(request: &Request, axis: usize, k3: f64, damping: f64) -> f64 {
+    let inertia = request.known.inertia.axes()[axis];
+    let (lower, upper) = (f64::from(inertia.lower), f64::from(inertia.upper));
     let square = damping * damping;
     if request.limits.is_none() {
         // (k4/J)^2 = 4 square (k4 k3 + 1)/(2 J) at J_hi, taken for nothing.

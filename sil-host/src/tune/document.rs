@@ -3,6 +3,7 @@
 
 use ctrl_core::config::IntegralAction;
 use ctrl_core::controller::ControllerConfig;
+use glam::Vec3;
 use sim::scenario::BuiltIn;
 use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 
@@ -33,7 +34,6 @@ impl Proposal {
             reference.map(|it| it.iter().filter_map(Value::as_float).collect::<Vec<_>>());
         let start = reference.unwrap_or_default().into_iter().zip([offset, -offset, -offset]);
         let start: Array = start.map(|(reference, offset)| reference + offset).collect();
-        let inertia: Array = request.initial.inertia.to_array().map(decimal).into_iter().collect();
         let known = &request.known;
         let [position, attitude, tilt, heading] = self.bounds();
         let values: [(&[&str], Value); 14] = [
@@ -41,13 +41,13 @@ impl Proposal {
             (&["description"], "Hover with the gains that sil-host tune proposes.".into()),
             (&["duration"], (*duration).into()),
             (&["vehicle", "mass"], decimal(request.initial.mass).into()),
-            (&["vehicle", "inertia"], inertia.into()),
+            (&["vehicle", "inertia"], vector(request.initial.inertia).into()),
             (&["initial", "position"], start.into()),
             (
                 &["disturbance", "noise", "acceleration"],
                 decimal(known.disturbance_acceleration).into(),
             ),
-            (&["disturbance", "noise", "torque"], decimal(known.disturbance_torque).into()),
+            (&["disturbance", "noise", "torque"], per_axis(known.disturbance_torque)),
             (&["guarantees", "settle_time"], (*settle_time).into()),
             (&["guarantees", "position_error_max"], position.into()),
             (&["guarantees", "attitude_error_max"], attitude.into()),
@@ -76,6 +76,15 @@ impl Proposal {
         }
         document.to_string()
     }
+}
+
+fn vector(x: Vec3) -> Array {
+    x.to_array().map(decimal).into_iter().collect()
+}
+
+/// One number for three that are equal.
+fn per_axis(x: Vec3) -> Value {
+    if x == Vec3::splat(x.x) { decimal(x.x).into() } else { vector(x).into() }
 }
 
 /// The controller's tables as a scenario has them.

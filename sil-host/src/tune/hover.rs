@@ -1,7 +1,8 @@
 //! The closed loop of either law, linearised at hover. `docs/tune.md` derives every line.
 //!
 //! At hover the tilt axes, the vertical axis and the heading do not see each other to first order,
-//! and the two tilt axes obey the same equations. Three small loops remain:
+//! and the two tilt axes obey the same equations, each with the gains and bounds of its own axis. Three small
+//! loops remain:
 //!
 //! ```text
 //! lateral   e' = v, v' = g x + d1, x' = w, w' = (tau + d2)/J      x: tilt towards the axis
@@ -13,7 +14,7 @@
 
 use ctrl_core::config::CascadeGains;
 use ctrl_core::vehicle::{GRAVITY, Uncertainty};
-use glam::{DMat4, DVec4};
+use glam::{DMat4, DVec3, DVec4};
 
 use super::pole::{Pole, eigenvalues};
 use ctrl_core::controller::ControllerConfig;
@@ -29,8 +30,8 @@ pub struct Hover {
     pub known: Uncertainty,
     /// Step period (s).
     pub dt: f64,
-    /// Rate gain `k4`, in the unit of its law.
-    pub(super) k4: f64,
+    /// Rate gain `k4` about each axis, in the unit of its law.
+    pub(super) k4: DVec3,
     /// Controller 2.
     pub(super) saturated: bool,
 }
@@ -38,6 +39,8 @@ pub struct Hover {
 /// A point of the uncertainty at which the loop is linearised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
+    /// Body axis of the tilt or turn: 0 to 2.
+    pub axis: usize,
     /// True mass (kg).
     pub mass: f64,
     /// True moment of inertia of the axis (kg m^2).
@@ -128,7 +131,7 @@ impl Hover {
             cascade: *law.cascade(),
             known: *law.uncertainty(),
             dt: law.step_period().into(),
-            k4: k4.into(),
+            k4: k4.as_dvec3(),
             saturated,
         }
     }
@@ -140,12 +143,30 @@ impl Hover {
             / f64::from(self.cascade.delta_min_translation)
     }
 
-    /// Slope of the rotational smooth sign term of (34), (50) at zero, in the unit of `k4`.
+    /// Slope of the rotational smooth sign term of (34), (50) at zero about each axis, in the unit of `k4`.
     #[must_use]
-    pub fn rotation_slope(&self) -> f64 {
+    pub fn rotation_slope(&self) -> DVec3 {
         let slope =
-            f64::from(self.known.disturbance_torque) / f64::from(self.cascade.delta_min_rotation);
-        if self.saturated { slope / f64::from(self.known.inertia.lower) } else { slope }
+            self.known.disturbance_torque.as_dvec3() / f64::from(self.cascade.delta_min_rotation);
+        if self.saturated { slope / self.known.inertia.lower.as_dvec3() } else { slope }
+    }
+
+    /// Axes among `axes` that differ from those before them in gains or bounds.
+    #[must_use]
+    pub fn distinct(&self, axes: &[usize]) -> Vec<usize> {
+        let of = |axis: usize| {
+            let Uncertainty { inertia, disturbance_torque, .. } = &self.known;
+            let cascade = &self.cascade;
+            let interval = (inertia.lower[axis], inertia.upper[axis]);
+            (interval, disturbance_torque[axis], cascade.k3[axis], self.k4[axis])
+        };
+        let mut found: Vec<usize> = Vec::new();
+        for &axis in axes {
+            if found.iter().all(|&other| of(other) != of(axis)) {
+                found.push(axis);
+            }
+        }
+        found
     }
 
     /// Gains of the position loop at `corner`.
@@ -166,8 +187,8 @@ impl Hover {
         rate_error: DVec4,
         mu_dot: DVec4,
     ) -> DVec4 {
-        let feedback = -(self.k4 + corner.rotation_slope * self.rotation_slope()) * rate_error
-            - 0.5 * attitude;
+        let slope = corner.rotation_slope * self.rotation_slope()[corner.axis];
+        let feedback = -(self.k4[corner.axis] + slope) * rate_error - 0.5 * attitude;
         if self.saturated {
             (feedback + mu_dot) * (corner.inertia_estimate / corner.inertia)
         } else {
@@ -180,7 +201,7 @@ impl Hover {
     pub fn lateral(&self, corner: &Corner) -> Loop {
         let [e, v, x, w] = DVec4::AXES;
         let Stiffness { kp, kv, gp, gv } = self.stiffness(corner);
-        let (c, k3) = (f64::from(self.cascade.c), f64::from(self.cascade.k3));
+        let (c, k3) = (f64::from(self.cascade.c), f64::from(self.cascade.k3[corner.axis]));
         let desired = -(kp * e + kv * v) / G; // (22), with v' = g x for w_d and w_d'
         let desired_rate = -(kp * v + kv * G * x) / G;
         let desired_acceleration = -(kp * x + kv * w);
@@ -236,11 +257,11 @@ impl Hover {
         }
     }
 
-    /// Heading: states `x`, `w`. Each axis of the attitude behaves so by itself.
+    /// Attitude about one axis, the heading among them: states `x`, `w`. Each behaves so by itself.
     #[must_use]
-    pub fn heading(&self, corner: &Corner) -> Loop {
+    pub fn attitude(&self, corner: &Corner) -> Loop {
         let [x, w, _, _] = DVec4::AXES;
-        let k3 = f64::from(self.cascade.k3);
+        let k3 = f64::from(self.cascade.k3[corner.axis]);
         let rate_error = w + 0.5 * k3 * x;
         let spin = self.angular_acceleration(corner, x, rate_error, -0.5 * k3 * w);
         Loop {

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use glam::Vec3;
+
 use super::digits::{rounded_down, rounded_up};
 use super::request::Request;
 use sim::number::number;
@@ -35,12 +37,14 @@ pub struct Infeasible {
 pub enum Remedy {
     /// `thrust_max` (N), larger.
     ThrustMax,
-    /// `torque_max` (N m), larger.
-    TorqueMax,
+    /// `torque_max` (N m), larger: of all axes, or of one.
+    TorqueMax(Option<usize>),
     /// `step_period` (s), shorter.
     StepPeriod,
     /// `wanted.attitude_bandwidth` (rad/s), smaller.
     AttitudeBandwidth,
+    /// `wanted.heading_bandwidth` (rad/s), smaller.
+    HeadingBandwidth,
     /// `wanted.position_bandwidth` (rad/s), smaller.
     PositionBandwidth,
     /// `wanted.damping`, smaller.
@@ -52,9 +56,13 @@ impl Remedy {
     fn parts(self) -> (&'static str, bool, &'static str) {
         match self {
             Self::ThrustMax => ("thrust_max", true, " N"),
-            Self::TorqueMax => ("torque_max", true, " N m"),
+            Self::TorqueMax(None) => ("torque_max", true, " N m"),
+            Self::TorqueMax(Some(0)) => ("torque_max[0]", true, " N m"),
+            Self::TorqueMax(Some(1)) => ("torque_max[1]", true, " N m"),
+            Self::TorqueMax(Some(_)) => ("torque_max[2]", true, " N m"),
             Self::StepPeriod => ("step_period", false, " s"),
             Self::AttitudeBandwidth => ("wanted.attitude_bandwidth", false, " rad/s"),
+            Self::HeadingBandwidth => ("wanted.heading_bandwidth", false, " rad/s"),
             Self::PositionBandwidth => ("wanted.position_bandwidth", false, " rad/s"),
             Self::Damping => ("wanted.damping", false, ""),
         }
@@ -66,9 +74,11 @@ impl Remedy {
         let options = &mut request.options;
         match (self, &mut request.limits) {
             (Self::ThrustMax, Some(limits)) => limits.thrust_max = value as f32,
-            (Self::TorqueMax, Some(limits)) => limits.torque_max = value as f32,
+            (Self::TorqueMax(None), Some(limits)) => limits.torque_max = Vec3::splat(value as f32),
+            (Self::TorqueMax(Some(axis)), Some(limits)) => limits.torque_max[axis] = value as f32,
             (Self::StepPeriod, _) => request.step_period = value as f32,
             (Self::AttitudeBandwidth, _) => options.attitude_bandwidth = Some(value),
+            (Self::HeadingBandwidth, _) => options.heading_bandwidth = Some(value),
             (Self::PositionBandwidth, _) => options.position_bandwidth = Some(value),
             (Self::Damping, _) => options.damping = Some(value),
             (_, None) => {}

@@ -49,9 +49,6 @@ pub struct Margins {
     pub lag: f64,
 }
 
-/// Loops that see the rotors.
-const LOOPS: [Which; 3] = [Which::Lateral, Which::Vertical, Which::Attitude];
-
 /// Frequencies per decade of the scan, and its ends relative to the smallest and the largest of the
 /// bandwidths; crossings between two of them are found by bisection.
 const PER_DECADE: f64 = 60.0;
@@ -60,7 +57,9 @@ const DECADES_BELOW: f64 = 2.0;
 /// Margins of every loop of `law` behind `rotors`.
 #[must_use]
 pub fn margins(law: &ControllerConfig, rotors: &Rotors) -> Vec<Margins> {
-    LOOPS.iter().map(|&which| of_loop(which, law, rotors)).collect()
+    // The adaptation of the mass is not behind the rotors.
+    let loops = Which::of(law).into_iter().filter(|&it| it != Which::VerticalAdaptive);
+    loops.map(|which| of_loop(which, law, rotors)).collect()
 }
 
 /// Margins of one loop of `law` at `corner` behind `rotors`.
@@ -73,16 +72,19 @@ fn of_loop(which: Which, law: &ControllerConfig, rotors: &Rotors) -> Margins {
     let hover = Hover::new(law);
     let worst =
         Margins { which, gain: f64::INFINITY, phase: PI, delay: f64::INFINITY, lag: f64::INFINITY };
-    corners(which, &hover, &nominal(law)).iter().fold(worst, |worst, corner: &Corner| {
-        let found = margins_at(which, &hover, corner, rotors);
-        Margins {
-            which,
-            gain: worst.gain.min(found.gain),
-            phase: worst.phase.min(found.phase),
-            delay: worst.delay.min(found.delay),
-            lag: worst.lag.min(found.lag),
-        }
-    })
+    corners(which, &hover, &nominal(law, which.axes()[0])).iter().fold(
+        worst,
+        |worst, corner: &Corner| {
+            let found = margins_at(which, &hover, corner, rotors);
+            Margins {
+                which,
+                gain: worst.gain.min(found.gain),
+                phase: worst.phase.min(found.phase),
+                delay: worst.delay.min(found.delay),
+                lag: worst.lag.min(found.lag),
+            }
+        },
+    )
 }
 
 /// A loop opened at its wrench.

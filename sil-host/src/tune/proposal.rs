@@ -1,5 +1,7 @@
 //! A proposal: the gains and the predicted errors.
 
+use glam::Vec3;
+
 use super::design::design;
 use super::digits::rounded_up;
 use super::hover::Hover;
@@ -45,7 +47,8 @@ impl Proposal {
     /// The inequality that no choice of gains meets.
     pub fn new(request: Request) -> Result<Self, Infeasible> {
         let (law, ultimate) = predicted(&request).map_err(|error| error.remedied(&request))?;
-        let surveys = Which::ALL.map(|which| LoopSurvey::new(which, &law)).to_vec();
+        let surveys =
+            Which::of(&law).into_iter().map(|it| LoopSurvey::new(it, &law)).collect::<Vec<_>>();
         let margins = margins(&law, &request.rotors);
         let decay = surveys.iter().map(|it| it.decay.value).fold(f64::INFINITY, f64::min);
         let cascade = law.cascade();
@@ -63,6 +66,11 @@ impl Proposal {
         [peak.position, peak.attitude, peak.tilt, peak.heading]
             .map(|bound| rounded_up(bound.unwrap_or(f64::INFINITY).max(FLOOR)))
     }
+}
+
+/// The number of axes that are alike, else all three.
+fn per_axis(x: Vec3) -> String {
+    if x == Vec3::splat(x.x) { format!("{:?}", x.x) } else { format!("{:?}", x.to_array()) }
 }
 
 /// Gains for `request`, and their predicted errors.
@@ -104,7 +112,7 @@ fn out_of_range(law: &ControllerConfig, ultimate: &Ultimate) -> Option<Infeasibl
         right: hover.cascade.m1.into(),
         unit: "m/s^2",
         remedies: vec![
-            format!("a disturbance_torque below {:?} N m", known.disturbance_torque),
+            format!("a disturbance_torque below {} N m", per_axis(known.disturbance_torque)),
             format!("a disturbance_acceleration below {:?} m/s^2", known.disturbance_acceleration),
             "a larger wanted.attitude_bandwidth".to_owned(),
             "a larger wanted.position_range".to_owned(),

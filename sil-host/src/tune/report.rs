@@ -16,6 +16,9 @@ use super::survey::{LoopSurvey, Met, Which};
 use super::ultimate::Bounds;
 use sim::number::number;
 
+/// Names of the body axes.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// Everything about a proposal and its check, if it was flown.
 #[must_use]
 pub fn table(proposal: &Proposal, check: Option<&Check>) -> String {
@@ -43,8 +46,13 @@ pub fn table(proposal: &Proposal, check: Option<&Check>) -> String {
 
 fn wanted(proposal: &Proposal) -> String {
     let wanted = &proposal.request.wanted;
+    let heading = if wanted.heading_bandwidth == wanted.attitude_bandwidth {
+        String::new()
+    } else {
+        format!(" heading {} rad/s,", number(wanted.heading_bandwidth))
+    };
     format!(
-        "position {} rad/s, attitude {} rad/s, damping {}, margin {}",
+        "position {} rad/s, attitude {} rad/s,{heading} damping {}, margin {}",
         number(wanted.position_bandwidth),
         number(wanted.attitude_bandwidth),
         number(wanted.damping),
@@ -137,6 +145,7 @@ fn asked(proposal: &Proposal, which: Which) -> (Option<f64>, f64) {
         Which::Lateral | Which::Vertical => (Some(wanted.position_bandwidth), wanted.damping),
         Which::VerticalAdaptive => (None, 0.5 * wanted.damping),
         Which::Attitude => (Some(wanted.attitude_bandwidth), wanted.damping),
+        Which::Heading => (Some(wanted.heading_bandwidth), wanted.damping),
     }
 }
 
@@ -158,8 +167,9 @@ fn worst(survey: &LoopSurvey, (bandwidth, damping): (Option<f64>, f64)) -> Strin
 fn corner(which: Which, met: &Met) -> String {
     let at = met.corner;
     match which {
-        Which::Lateral | Which::Attitude => {
-            format!(" at J {} taken for {}", number(at.inertia), number(at.inertia_estimate))
+        Which::Lateral | Which::Attitude | Which::Heading => {
+            let [inertia, estimate] = [at.inertia, at.inertia_estimate].map(number);
+            format!(" at J {inertia} taken for {estimate}{}", ["", " about y", " about z"][at.axis])
         }
         Which::Vertical => String::new(),
         Which::VerticalAdaptive => format!(" at {} kg", number(at.mass)),
@@ -240,6 +250,7 @@ fn of_loop(survey: &LoopSurvey) -> Value {
         let at = met.corner;
         json!({
             "value": met.value,
+            "axis": AXES[at.axis],
             "mass": at.mass,
             "inertia": at.inertia,
             "inertia_estimate": at.inertia_estimate,

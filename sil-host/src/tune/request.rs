@@ -1,8 +1,8 @@
 //! Request for gains: known intervals of the vehicle, its limits and the requested closed loop, read from a
 //! short vehicle file or from a scenario, whose own gains are ignored.
 
-use ctrl_core::vehicle::{GRAVITY, InitialEstimate, Interval, Uncertainty};
-use glam::Vec3;
+use ctrl_core::vehicle::{GRAVITY, InitialEstimate, Interval, Uncertainty, VectorInterval};
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::margin::Rotors;
@@ -19,8 +19,9 @@ pub struct Request {
     pub known: Uncertainty,
     /// Estimates at the first tick.
     pub initial: InitialEstimate,
-    /// Part of `D2` that may be a lasting torque (N m); the rest is zero-mean noise.
-    pub lasting_torque: f64,
+    /// Part of `D2` that may be a lasting torque about each axis (N m); the rest is zero-mean noise.
+    #[serde(with = "sim::per_axis")]
+    pub lasting_torque: DVec3,
     /// `M_p` (m/s^2).
     pub reference_acceleration_max: f32,
     /// `dt` (s).
@@ -41,8 +42,9 @@ pub struct Request {
 pub struct Limits {
     /// `M_f` (N).
     pub thrust_max: f32,
-    /// `M_tau` (N m).
-    pub torque_max: f32,
+    /// `M_tau` about each axis (N m).
+    #[serde(with = "ctrl_core::per_axis")]
+    pub torque_max: Vec3,
 }
 
 /// Requested closed loop.
@@ -50,8 +52,10 @@ pub struct Limits {
 pub struct Wanted {
     /// Least modulus of the poles of position and height (rad/s).
     pub position_bandwidth: f64,
-    /// Least modulus of the poles of the attitude about an axis (rad/s).
+    /// Least modulus of the poles of the attitude about a tilt axis (rad/s).
     pub attitude_bandwidth: f64,
+    /// The same about the vertical body axis.
+    pub heading_bandwidth: f64,
     /// Least damping ratio of all of them.
     pub damping: f64,
     /// Share of every inequality's headroom that is kept as margin.
@@ -72,6 +76,8 @@ pub struct WantedOptions {
     pub position_bandwidth: Option<f64>,
     /// See [`Wanted`]; five times the position's.
     pub attitude_bandwidth: Option<f64>,
+    /// See [`Wanted`]; the attitude's, less where there is less torque for the inertia.
+    pub heading_bandwidth: Option<f64>,
     /// See [`Wanted`]; 0.5.
     pub damping: Option<f64>,
     /// See [`Wanted`]; 0.1.
@@ -91,6 +97,7 @@ impl WantedOptions {
         Self {
             position_bandwidth: self.position_bandwidth.or(other.position_bandwidth),
             attitude_bandwidth: self.attitude_bandwidth.or(other.attitude_bandwidth),
+            heading_bandwidth: self.heading_bandwidth.or(other.heading_bandwidth),
             damping: self.damping.or(other.damping),
             margin: self.margin.or(other.margin),
             position_range: self.position_range.or(other.position_range),
@@ -100,19 +107,25 @@ impl WantedOptions {
     }
 
     /// With every default filled in; `agility` is the angular acceleration that a controller with
-    /// limited torque has to spare for its manoeuvres (rad/s^2).
+    /// limited torque has to spare for its manoeuvres about each axis (rad/s^2).
     #[must_use]
-    pub fn complete(self, agility: impl Fn(f64) -> f64, rotors: &Rotors) -> Wanted {
+    pub fn complete(self, agility: impl Fn(f64) -> DVec3, rotors: &Rotors) -> Wanted {
         let position_bandwidth = self.position_bandwidth.unwrap_or(0.5);
         let margin = self.margin.unwrap_or(0.1);
         let attitude_range = self.attitude_range.unwrap_or(0.15);
-        let fastest = (agility(margin) / attitude_range).max(0.0).sqrt();
+        let agility = agility(margin);
+        let tilting = agility.x.min(agility.y);
+        let fastest = (tilting / attitude_range).max(0.0).sqrt();
         let followed = ROTOR_SHARE / (rotors.lag + rotors.delay);
+        let attitude_bandwidth = self
+            .attitude_bandwidth
+            .unwrap_or((5.0 * position_bandwidth).min(0.75 * fastest).min(followed));
+        // The same share of what each axis has to spare.
+        let slower = if agility.z < tilting { (agility.z / tilting).max(0.0).sqrt() } else { 1.0 };
         Wanted {
             position_bandwidth,
-            attitude_bandwidth: self
-                .attitude_bandwidth
-                .unwrap_or((5.0 * position_bandwidth).min(0.75 * fastest).min(followed)),
+            attitude_bandwidth,
+            heading_bandwidth: self.heading_bandwidth.unwrap_or(slower * attitude_bandwidth),
             damping: self.damping.unwrap_or(0.5),
             margin,
             position_range: self.position_range.unwrap_or(0.2),
@@ -132,13 +145,16 @@ struct VehicleFile {
     #[serde(default = "tuned")]
     name: String,
     mass: Interval,
-    inertia: Interval,
+    inertia: VectorInterval,
     disturbance_acceleration: f32,
-    disturbance_torque: f32,
-    lasting_torque: Option<f32>,
+    #[serde(with = "ctrl_core::per_axis")]
+    disturbance_torque: Vec3,
+    #[serde(default, with = "sim::per_axis::optional")]
+    lasting_torque: Option<DVec3>,
     reference_acceleration_max: f32,
     thrust_max: Option<f32>,
-    torque_max: Option<f32>,
+    #[serde(default, with = "sim::per_axis::optional")]
+    torque_max: Option<DVec3>,
     step_period: f32,
     #[serde(default)]
     rotor_lag: f64,
@@ -156,12 +172,30 @@ impl Request {
     /// With the defaults of `wanted` for the limits as they are.
     #[must_use]
     pub fn completed(mut self) -> Self {
-        let torque = self.limits.map_or(f64::INFINITY, |limits| limits.torque_max.into());
-        let inertia = f64::from(self.known.inertia.upper);
+        let torque = self.limits.map_or(DVec3::INFINITY, |limits| limits.torque_max.as_dvec3());
+        let inertia = self.known.inertia.upper.as_dvec3();
         let lasting = self.lasting_torque;
         let agility = |margin: f64| ((1.0 - margin) * torque - lasting) / inertia;
         self.wanted = self.options.complete(agility, &self.rotors);
         self
+    }
+
+    /// `true` if the three axes are alike: one attitude loop stands for all.
+    #[must_use]
+    pub fn axes_alike(&self) -> bool {
+        let Uncertainty { inertia, disturbance_torque, .. } = &self.known;
+        let limits = self.limits.map_or(Vec3::ZERO, |limits| limits.torque_max);
+        let f32s = [inertia.lower, inertia.upper, *disturbance_torque, limits];
+        f32s.into_iter().all(|it| it == Vec3::splat(it.x))
+            && self.lasting_torque == DVec3::splat(self.lasting_torque.x)
+            && self.wanted.heading_bandwidth == self.wanted.attitude_bandwidth
+    }
+
+    /// Wanted bandwidth of the attitude about each axis (rad/s).
+    #[must_use]
+    pub fn attitude_bandwidths(&self) -> DVec3 {
+        let Wanted { attitude_bandwidth, heading_bandwidth, .. } = self.wanted;
+        DVec3::new(attitude_bandwidth, attitude_bandwidth, heading_bandwidth)
     }
 
     /// From the built-in scenario, scenario file or vehicle file `name`; `flags` take precedence.
@@ -212,24 +246,24 @@ impl Request {
     fn first_fault(&self) -> Option<(&'static str, String)> {
         let Self { known, wanted, .. } = self;
         let g = f64::from(GRAVITY);
-        let d2 = f64::from(known.disturbance_torque);
-        let limits = self.limits.unwrap_or(Limits { thrust_max: 1.0, torque_max: 1.0 });
-        let [thrust_max, torque_max] = [limits.thrust_max, limits.torque_max].map(f64::from);
+        let d2 = known.disturbance_torque.as_dvec3();
+        let limits = self.limits.unwrap_or(Limits { thrust_max: 1.0, torque_max: Vec3::ONE });
         let at = |path, value: f64, lower: f64, upper: f64, unit| (path, value, lower, upper, unit);
+        let of_axes = (0..3).flat_map(|axis| {
+            let inertia = known.inertia.axes()[axis];
+            let lower = f64::from(inertia.lower);
+            [
+                at("inertia.lower", lower, 1e-8, 1e5, "kg m^2"),
+                at("inertia.upper", inertia.upper.into(), lower, 1e5, "kg m^2"),
+                at("disturbance_torque", d2[axis], 0.0, 1e6, "N m"),
+                at("lasting_torque", self.lasting_torque[axis], 0.0, d2[axis], "N m"),
+                at("torque_max", limits.torque_max[axis].into(), 1e-9, 1e6, "N m"),
+            ]
+        });
         [
             at("mass.lower", known.mass.lower.into(), 1e-3, 1e4, "kg"),
             at("mass.upper", known.mass.upper.into(), known.mass.lower.into(), 1e4, "kg"),
-            at("inertia.lower", known.inertia.lower.into(), 1e-8, 1e5, "kg m^2"),
-            at(
-                "inertia.upper",
-                known.inertia.upper.into(),
-                known.inertia.lower.into(),
-                1e5,
-                "kg m^2",
-            ),
             at("disturbance_acceleration", known.disturbance_acceleration.into(), 0.0, g, "m/s^2"),
-            at("disturbance_torque", d2, 0.0, 1e6, "N m"),
-            at("lasting_torque", self.lasting_torque, 0.0, d2, "N m"),
             at(
                 "reference_acceleration_max",
                 self.reference_acceleration_max.into(),
@@ -238,8 +272,7 @@ impl Request {
                 "m/s^2",
             ),
             at("step_period", self.step_period.into(), 1e-4, 0.1, "s"),
-            at("thrust_max", thrust_max, 1e-3, 1e6, "N"),
-            at("torque_max", torque_max, 1e-9, 1e6, "N m"),
+            at("thrust_max", limits.thrust_max.into(), 1e-3, 1e6, "N"),
             at("rotor_lag", self.rotors.lag, 0.0, 1.0, "s"),
             at("delay", self.rotors.delay, 0.0, 0.5, "s"),
             at("wanted.phase_margin_deg", wanted.phase_margin_deg, 1.0, 80.0, "deg"),
@@ -249,8 +282,10 @@ impl Request {
             at("wanted.position_range", wanted.position_range, 1e-3, 1e3, "m"),
             at("wanted.attitude_range", wanted.attitude_range, 1e-3, 3.0, "rad"),
             at("wanted.attitude_bandwidth", wanted.attitude_bandwidth, 0.0, 1000.0, "rad/s"),
+            at("wanted.heading_bandwidth", wanted.heading_bandwidth, 0.0, 1000.0, "rad/s"),
         ]
         .into_iter()
+        .chain(of_axes)
         .find(|&(_, value, lower, upper, _)| !(lower <= value && value <= upper))
         .map(|(path, value, lower, upper, unit)| {
             // The shortest decimals in the core's precision: without what widening to f64 adds.
@@ -265,7 +300,9 @@ fn from_vehicle(
     flags: WantedOptions,
 ) -> Result<Request, (&'static str, String)> {
     let limits = match (file.thrust_max, file.torque_max) {
-        (Some(thrust_max), Some(torque_max)) => Some(Limits { thrust_max, torque_max }),
+        (Some(thrust_max), Some(torque_max)) => {
+            Some(Limits { thrust_max, torque_max: torque_max.as_vec3() })
+        }
         (None, None) => None,
         (Some(_), None) => return Err(("thrust_max", both("torque_max"))),
         (None, Some(_)) => return Err(("torque_max", both("thrust_max"))),
@@ -280,21 +317,21 @@ fn from_vehicle(
     let middle = |interval: Interval| libm::sqrtf(interval.lower * interval.upper);
     let options = flags.or(file.wanted);
     // Both in single precision: the same number in the file is the same bound.
-    let lasting_torque = f64::from(file.lasting_torque.unwrap_or(file.disturbance_torque));
+    let lasting_torque = file.lasting_torque.map_or(file.disturbance_torque, |it| it.as_vec3());
     Ok(Request {
         name: file.name,
         known,
         // In the middle by ratio: what counts is how many times too large or too small they are.
         initial: InitialEstimate {
             mass: middle(known.mass),
-            inertia: Vec3::splat(middle(known.inertia)),
+            inertia: Vec3::from(known.inertia.axes().map(middle)),
         },
-        lasting_torque,
+        lasting_torque: lasting_torque.as_dvec3(),
         reference_acceleration_max: file.reference_acceleration_max,
         step_period: file.step_period,
         limits,
         rotors,
-        wanted: options.complete(|_| 0.0, &rotors),
+        wanted: options.complete(|_| DVec3::ZERO, &rotors),
         options,
     }
     .completed())
@@ -321,7 +358,7 @@ fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
         lag: actuation.rotor_lag.unwrap_or_default(),
         delay: actuation.delay.unwrap_or_default(),
     };
-    let lasting_torque = lasting.bounds().1.min(known.disturbance_torque.into());
+    let lasting_torque = lasting.bounds().1.min(known.disturbance_torque.as_dvec3());
     Request {
         name: format!("{}-tuned", scenario.name),
         known,
@@ -331,7 +368,7 @@ fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
         step_period: controller.step_period(),
         limits,
         rotors,
-        wanted: flags.complete(|_| 0.0, &rotors),
+        wanted: flags.complete(|_| DVec3::ZERO, &rotors),
         options: flags,
     }
     .completed()

@@ -2,12 +2,14 @@
 
 use ctrl_core::config::CascadeGains;
 use ctrl_core::vehicle::GRAVITY;
+use glam::{DVec3, Vec3};
 use sim::guarantee::bounds::ThrustBounds;
 
 use super::assembly::assembled;
 use super::digits::rounded_down;
 use super::infeasible::{Infeasible, Remedy};
 use super::request::Request;
+use super::survey::Which;
 use sim::number::number;
 
 const G: f64 = GRAVITY as f64;
@@ -54,23 +56,39 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
             remedy: Some((Remedy::ThrustMax, room.thrust_for(needed / free))),
         });
     }
-    let inertia = f64::from(request.known.inertia.upper);
-    let torque =
-        |sum: f64| request.lasting_torque + inertia * bandwidth * bandwidth * (sum + d1) / G;
-    let most = free * f64::from(limits.torque_max);
-    if torque(needed) > most {
-        return Err(Infeasible {
-            inequality: "lasting_torque + J_hi bandwidth^2 (M1 + M2 + D1)/g within torque_max"
-                .to_owned(),
-            left: torque(needed),
-            right: most,
-            unit: "N m",
-            remedies: vec![lower_demand()],
-            remedy: Some((Remedy::TorqueMax, torque(needed) / free)),
-        });
+    let mut room = lift.min(thrust);
+    for axis in Which::Lateral.axes().iter().copied() {
+        let per_acceleration =
+            f64::from(request.known.inertia.upper[axis]) * bandwidth * bandwidth / G;
+        let lasting = request.lasting_torque[axis];
+        let torque = lasting + per_acceleration * (needed + d1);
+        let most = free * f64::from(limits.torque_max[axis]);
+        if torque > most {
+            return Err(Infeasible {
+                inequality: format!(
+                    "lasting_torque + J_hi bandwidth^2 (M1 + M2 + D1)/g within torque_max{}",
+                    about(request, axis)
+                ),
+                left: torque,
+                right: most,
+                unit: "N m",
+                remedies: vec![lower_demand()],
+                remedy: Some((torque_max(request, axis), torque / free)),
+            });
+        }
+        room = room.min((most - lasting) / per_acceleration - d1);
     }
-    let steerable = (most - request.lasting_torque) * G / (inertia * bandwidth * bandwidth) - d1;
-    Ok(lift.min(thrust).min(steerable))
+    Ok(room)
+}
+
+/// The axis in words, where they are unlike.
+fn about(request: &Request, axis: usize) -> &'static str {
+    if request.axes_alike() { "" } else { [" about x", " about y", " about z"][axis] }
+}
+
+/// The torque limit as what decides: of the axis, where they are unlike.
+fn torque_max(request: &Request, axis: usize) -> Remedy {
+    Remedy::TorqueMax((!request.axes_alike()).then_some(axis))
 }
 
 fn lower_demand() -> String {
@@ -99,7 +117,7 @@ impl ThrustRoom {
 const IDLE: CascadeGains = CascadeGains {
     k1: 0.0,
     k2: 0.0,
-    k3: 0.0,
+    k3: Vec3::ZERO,
     c: 0.0,
     m1: 0.0,
     m2: 0.0,
@@ -112,7 +130,7 @@ const IDLE: CascadeGains = CascadeGains {
 /// From the bounds (19) and (20) as the monitors have them: both are linear in `M1 + M2`.
 fn thrust_room(request: &Request) -> ThrustRoom {
     let with = |m1: f32| {
-        let mut law = assembled(request, IDLE, 1.0, 1.0, 1.0);
+        let mut law = assembled(request, IDLE, DVec3::ONE, 1.0, DVec3::ONE);
         law.cascade_mut().m1 = m1;
         law
     };
@@ -128,14 +146,22 @@ fn thrust_room(request: &Request) -> ThrustRoom {
 }
 
 /// `k5`, with which half the torque to spare can follow the auxiliary attitude back from half a turn:
-/// `J_hi pi (k5/2)^2` is the most that this takes. At most half the attitude's speed.
-pub(super) fn auxiliary_gain(request: &Request, attitude: f64) -> Result<f64, Infeasible> {
+/// `J_hi pi (k5/2)^2` is the most that this takes. At most half the attitude's speed; the least of the axes.
+pub(super) fn auxiliary_gain(request: &Request, attitude: DVec3) -> Result<f64, Infeasible> {
+    let mut gain = f64::INFINITY;
+    for axis in 0..3 {
+        gain = gain.min(auxiliary_gain_about(request, axis, attitude[axis])?);
+    }
+    Ok(gain)
+}
+
+fn auxiliary_gain_about(request: &Request, axis: usize, attitude: f64) -> Result<f64, Infeasible> {
     let Some(limits) = request.limits else { return Ok(0.0) };
-    let inertia = f64::from(request.known.inertia.upper);
+    let inertia = f64::from(request.known.inertia.upper[axis]);
+    let lasting = request.lasting_torque[axis];
     let free = (1.0 - request.wanted.margin) * (1.0 - ROUNDING);
-    let most = free * f64::from(limits.torque_max);
-    let torque =
-        request.lasting_torque + inertia * attitude * attitude * request.wanted.attitude_range;
+    let most = free * f64::from(limits.torque_max[axis]);
+    let torque = lasting + inertia * attitude * attitude * request.wanted.attitude_range;
     if torque > most {
         let remedies = vec![
             "a smaller wanted.attitude_bandwidth, wanted.attitude_range or lasting_torque"
@@ -143,17 +169,18 @@ pub(super) fn auxiliary_gain(request: &Request, attitude: f64) -> Result<f64, In
         ];
         return Err(Infeasible {
             inequality: format!(
-                "lasting_torque + J_hi bandwidth^2 attitude_range within torque_max, \
+                "lasting_torque + J_hi bandwidth^2 attitude_range within torque_max{}, \
                  the attitude's poles at {} rad/s",
+                about(request, axis),
                 number(attitude)
             ),
             left: torque,
             right: most,
             unit: "N m",
             remedies,
-            remedy: Some((Remedy::TorqueMax, torque / free)),
+            remedy: Some((torque_max(request, axis), torque / free)),
         });
     }
-    let followed = ((most - request.lasting_torque) / (inertia * core::f64::consts::TAU)).sqrt();
+    let followed = ((most - lasting) / (inertia * core::f64::consts::TAU)).sqrt();
     Ok(rounded_down((2.0 * followed).min(0.5 * attitude)))
 }

@@ -9,6 +9,11 @@ use ctrl_core::controller::ControllerConfig;
 /// Slopes of a smooth sign as shares of its slope at zero: large signals, middling ones, small ones.
 const SLOPES: [f64; 3] = [0.0, 0.3, 1.0];
 
+/// Body axis of the heading.
+const HEADING_AXIS: usize = 2;
+
+const ALL_AXES: [usize; 3] = [0, 1, HEADING_AXIS];
+
 /// The loops at hover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -19,14 +24,32 @@ pub enum Which {
     Vertical,
     /// Height while the mass adapts: integral action.
     VerticalAdaptive,
-    /// Attitude about one axis, as seen in the heading.
+    /// Attitude about one axis: a tilt axis, or any while they are alike.
     Attitude,
+    /// Attitude about the vertical body axis, where it is unlike the others.
+    Heading,
 }
 
 impl Which {
-    /// All of them.
-    pub const ALL: [Self; 4] =
-        [Self::Lateral, Self::Vertical, Self::VerticalAdaptive, Self::Attitude];
+    /// Those of `law`: with the heading by itself where it is unlike the tilt axes.
+    #[must_use]
+    pub fn of(law: &ControllerConfig) -> Vec<Self> {
+        let mut all = vec![Self::Lateral, Self::Vertical, Self::VerticalAdaptive, Self::Attitude];
+        if Hover::new(law).distinct(&ALL_AXES).contains(&HEADING_AXIS) {
+            all.push(Self::Heading);
+        }
+        all
+    }
+
+    /// Body axes that it is about; the vertical one has none and stands for itself.
+    #[must_use]
+    pub fn axes(self) -> &'static [usize] {
+        match self {
+            Self::Lateral | Self::Attitude => &[0, 1],
+            Self::Vertical | Self::VerticalAdaptive => &[0],
+            Self::Heading => &[HEADING_AXIS],
+        }
+    }
 
     /// In words.
     #[must_use]
@@ -36,6 +59,7 @@ impl Which {
             Self::Vertical => "height",
             Self::VerticalAdaptive => "height, mass adapting",
             Self::Attitude => "attitude",
+            Self::Heading => "heading",
         }
     }
 
@@ -46,7 +70,7 @@ impl Which {
             Self::Lateral => hover.lateral(corner),
             Self::Vertical => hover.vertical(corner, false),
             Self::VerticalAdaptive => hover.vertical(corner, true),
-            Self::Attitude => hover.heading(corner),
+            Self::Attitude | Self::Heading => hover.attitude(corner),
         }
     }
 }
@@ -81,23 +105,29 @@ pub struct LoopSurvey {
     pub sampled_modulus: f64,
 }
 
-/// Corner that the gains are designed for: the initial estimates are right, signals are small.
+/// Corner that the gains are designed for about `axis`: the initial estimates are right, signals are small.
 #[must_use]
-pub fn nominal(law: &ControllerConfig) -> Corner {
+pub fn nominal(law: &ControllerConfig, axis: usize) -> Corner {
     let initial = law.initial();
     Corner {
+        axis,
         mass: initial.mass.into(),
-        inertia: initial.inertia.x.into(),
-        inertia_estimate: initial.inertia.x.into(),
+        inertia: initial.inertia[axis].into(),
+        inertia_estimate: initial.inertia[axis].into(),
         translation_slope: 1.0,
         rotation_slope: 1.0,
     }
 }
 
-/// Every combination of what the loop `which` depends on: ends and middle of the mass, of the inertia
-/// and of its estimate, and slopes of the smooth signs. The rest is as in `nominal`.
+/// Every combination of what the loop `which` depends on: its axes that are unlike, ends and middle of the
+/// mass, of the inertia and of its estimate, and slopes of the smooth signs. The rest is as in `nominal`.
 #[must_use]
 pub fn corners(which: Which, hover: &Hover, nominal: &Corner) -> Vec<Corner> {
+    let axes = hover.distinct(which.axes()).into_iter();
+    axes.flat_map(|axis| corners_about(which, hover, &Corner { axis, ..*nominal })).collect()
+}
+
+fn corners_about(which: Which, hover: &Hover, nominal: &Corner) -> Vec<Corner> {
     let ends = |interval: ctrl_core::vehicle::Interval| {
         let (lower, upper) = (f64::from(interval.lower), f64::from(interval.upper));
         vec![lower, (lower * upper).sqrt(), upper]
@@ -107,10 +137,10 @@ pub fn corners(which: Which, hover: &Hover, nominal: &Corner) -> Vec<Corner> {
     if matches!(which, Which::Vertical | Which::VerticalAdaptive) {
         masses = ends(hover.known.mass);
     } else {
-        inertias = ends(hover.known.inertia);
+        inertias = ends(hover.known.inertia.axes()[nominal.axis]);
         rotation = SLOPES.to_vec();
     }
-    if which != Which::Attitude {
+    if !matches!(which, Which::Attitude | Which::Heading) {
         translation = SLOPES.to_vec();
     }
     let mut corners = Vec::new();
@@ -119,6 +149,7 @@ pub fn corners(which: Which, hover: &Hover, nominal: &Corner) -> Vec<Corner> {
             for &inertia_estimate in &inertias {
                 for &translation_slope in &translation {
                     corners.extend(rotation.iter().map(|&rotation_slope| Corner {
+                        axis: nominal.axis,
                         mass,
                         inertia,
                         inertia_estimate,
@@ -137,7 +168,7 @@ impl LoopSurvey {
     #[must_use]
     pub fn new(which: Which, law: &ControllerConfig) -> Self {
         let hover = Hover::new(law);
-        let nominal = nominal(law);
+        let nominal = nominal(law, which.axes()[0]);
         let here = which.at(&hover, &nominal);
         let pole = Pole { re: f64::NEG_INFINITY, im: 0.0 };
         let none = Met { value: f64::INFINITY, corner: nominal, pole };

@@ -6,6 +6,7 @@
 //! `rho`, whatever the estimates do. *At any instant*, from the peaks of the loops at hover.
 
 use ctrl_core::vehicle::GRAVITY;
+use glam::DVec3;
 use serde::Serialize;
 
 use super::hover::{Corner, Hover};
@@ -55,9 +56,10 @@ pub struct Ultimate {
 }
 
 impl Ultimate {
-    /// Of `law` behind `rotors`, when `lasting_torque` (N m) of `D2` may last and the rest is noise.
+    /// Of `law` behind `rotors`, when `lasting_torque` (N m) of `D2` may last about each axis and the rest is
+    /// noise.
     #[must_use]
-    pub fn new(law: &ControllerConfig, lasting_torque: f64, rotors: &Rotors) -> Self {
+    pub fn new(law: &ControllerConfig, lasting_torque: DVec3, rotors: &Rotors) -> Self {
         let (peak, position_demand) = peak(law, lasting_torque, rotors);
         // No mean is above its peak, which in turn may be none.
         let mean = mean(law).zip(peak, |mean, peak| match (mean, peak) {
@@ -69,30 +71,41 @@ impl Ultimate {
 }
 
 /// Peaks of each loop over the ends of inertia, estimate and mass.
-fn peak(law: &ControllerConfig, lasting_torque: f64, rotors: &Rotors) -> (Bounds, f64) {
+fn peak(law: &ControllerConfig, lasting_torque: DVec3, rotors: &Rotors) -> (Bounds, f64) {
     let hover = Hover::new(law);
-    let nominal = nominal(law);
-    let [d1, d2] =
-        [hover.known.disturbance_acceleration, hover.known.disturbance_torque].map(f64::from);
-    let disturbances =
-        Disturbances { lasting: [d1, lasting_torque], noise: [0.0, d2 - lasting_torque] };
-    let peaks = |which, corner: &Corner| peaks(which, &hover, corner, &disturbances, rotors);
-    let (mut lateral, mut heading) = (Peaks::default(), Peaks::default());
-    let mut vertical = Peaks::default();
+    let tilting = hover.distinct(Which::Lateral.axes());
+    let d1 = f64::from(hover.known.disturbance_acceleration);
+    let d2 = hover.known.disturbance_torque.as_dvec3();
+    let peaks = |which, corner: &Corner| {
+        let lasting = lasting_torque[corner.axis];
+        let noise = [0.0, d2[corner.axis] - lasting];
+        let disturbances = Disturbances { lasting: [d1, lasting], noise };
+        peaks(which, &hover, corner, &disturbances, rotors)
+    };
     let ends = |interval: ctrl_core::vehicle::Interval| {
         [f64::from(interval.lower), f64::from(interval.upper)]
     };
-    for inertia in ends(hover.known.inertia) {
-        for inertia_estimate in ends(hover.known.inertia) {
-            let corner = Corner { inertia, inertia_estimate, ..nominal };
-            lateral = lateral.max(peaks(Which::Lateral, &corner));
-            heading = heading.max(peaks(Which::Attitude, &corner));
+    // At any heading: either tilt axis may be that of either horizontal axis.
+    let of_axes = |which: Which, axes: &[usize]| {
+        let mut worst = Peaks::default();
+        for axis in axes.iter().copied() {
+            let set = ends(hover.known.inertia.axes()[axis]);
+            for (inertia, inertia_estimate) in set.into_iter().flat_map(|it| set.map(|by| (it, by)))
+            {
+                let corner = Corner { inertia, inertia_estimate, ..nominal(law, axis) };
+                worst = worst.max(peaks(which, &corner));
+            }
         }
-    }
+        worst
+    };
+    // What may last is not among what makes axes distinct.
+    let lateral = of_axes(Which::Lateral, if alike(lasting_torque) { &tilting } else { &[0, 1] });
+    let heading = of_axes(Which::Heading, &[2]);
     let adapting = hover.cascade.gamma1 > 0.0;
     let which = if adapting { Which::VerticalAdaptive } else { Which::Vertical };
+    let mut vertical = Peaks::default();
     for mass in ends(hover.known.mass) {
-        vertical = vertical.max(peaks(which, &Corner { mass, ..nominal }));
+        vertical = vertical.max(peaks(which, &Corner { mass, ..nominal(law, 0) }));
     }
     let norm = |x: f64, y: f64, z: f64| Some(x.hypot(y).hypot(z)).filter(|x| x.is_finite());
     let [along, up] = [lateral.position, vertical.position].map(|x| outside_linear(&hover, x));
@@ -108,6 +121,10 @@ fn peak(law: &ControllerConfig, lasting_torque: f64, rotors: &Rotors) -> (Bounds
     (bounds, demand)
 }
 
+fn alike(x: DVec3) -> bool {
+    x == DVec3::splat(x.x)
+}
+
 /// A position error (m) of the linear loop as that of `M1 tanh(k1 e)`, which gives way: infinite where
 /// the linear loop asks for more than `M1`.
 fn outside_linear(hover: &Hover, position: f64) -> f64 {
@@ -119,8 +136,8 @@ fn outside_linear(hover: &Hover, position: f64) -> f64 {
 fn mean(law: &ControllerConfig) -> Bounds {
     let Rho { smoothing, attitude: p, rate: q } = Rho::new(law);
     let cascade = law.cascade();
-    let (k3, k4) = (f64::from(cascade.k3), Hover::new(law).k4);
-    // k3 a^2 + k4 b^2 + T <= smoothing + p a + q b, solved for the largest a, b, T alone.
+    let (k3, k4) = (f64::from(cascade.k3.min_element()), Hover::new(law).k4.min_element());
+    // With the least of the axes, k3 a^2 + k4 b^2 + T <= smoothing + p a + q b, solved for the largest a, b, T alone.
     let largest = |k: f64, p: f64, rest: f64| (p + (p * p + 4.0 * k * rest).sqrt()) / (2.0 * k);
     let (of_p, of_q) = (p * p / (4.0 * k3), q * q / (4.0 * k4));
     let eps = largest(k3, p, smoothing + of_q);
@@ -151,23 +168,27 @@ impl Rho {
     fn new(law: &ControllerConfig) -> Self {
         let hover = Hover::new(law);
         let known = hover.known;
-        let [d1, d2] = [known.disturbance_acceleration, known.disturbance_torque].map(f64::from);
+        let d1 = f64::from(known.disturbance_acceleration);
+        let d2 = known.disturbance_torque.as_dvec3();
         let cascade = hover.cascade;
-        let [c, k3] = [cascade.c, cascade.k3].map(f64::from);
+        let [c, k3] = [cascade.c, cascade.k3.max_element()].map(f64::from);
         let [delta_t, delta_r] =
             [cascade.delta_min_translation, cascade.delta_min_rotation].map(f64::from);
-        let lower = f64::from(known.inertia.lower);
-        let (weight, heaviest) =
-            if hover.saturated { (1.0 / lower, 1.0) } else { (1.0, known.inertia.upper.into()) };
-        let tick = if hover.saturated { (d2 / lower).powi(2) } else { d2 * d2 / lower };
+        let lower = known.inertia.lower.as_dvec3();
+        let (weight, heaviest) = if hover.saturated {
+            (lower.recip(), 1.0)
+        } else {
+            (DVec3::ONE, known.inertia.upper.max_element().into())
+        };
+        let tick = d2 * d2 / if hover.saturated { lower * lower } else { lower };
         // v' of the model lacks d1, which the two horizontal components bring into mu' and w_d.
-        let stiffness = hover.stiffness(&nominal(law));
+        let stiffness = hover.stiffness(&nominal(law, 0));
         let g = f64::from(GRAVITY);
         let along = 2f64.sqrt() * d1;
         let through_mu = (stiffness.kp + 0.5 * k3 * stiffness.kv) / g + 2.0 * c * g * stiffness.gv;
         Self {
-            smoothing: 3.0 * SMOOTHING * (c * d1 * delta_t + weight * d2 * delta_r)
-                + 1.5 * hover.dt * tick,
+            smoothing: SMOOTHING * (3.0 * c * d1 * delta_t + (weight * d2).element_sum() * delta_r)
+                + 0.5 * hover.dt * tick.element_sum(),
             attitude: along * stiffness.kv / g,
             rate: along * heaviest * through_mu,
         }

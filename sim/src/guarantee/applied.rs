@@ -1,7 +1,7 @@
 //! Applied thrust and torque, for a scenario whose actuators deviate from the command.
 
 use super::Monitor;
-use super::verdict::{Extreme, Requirement, Verdict};
+use super::verdict::{AxisExtremes, Extreme, Requirement, Verdict};
 use crate::observer::Observer;
 use crate::plant::actuation::{ActuationConfig, Limits};
 use crate::tick::Tick;
@@ -12,7 +12,8 @@ pub struct Applied {
     shown: bool,
     limits: Option<Limits>,
     thrust: Extreme,
-    torque: Extreme,
+    torque: AxisExtremes,
+    highest_torque: Extreme,
     cut: u64,
     latest_cut: f64,
 }
@@ -25,7 +26,8 @@ impl Applied {
             shown: !actuation.is_ideal(),
             limits: actuation.limits(),
             thrust: Extreme::default(),
-            torque: Extreme::default(),
+            torque: AxisExtremes::new(torque_requirements(actuation)),
+            highest_torque: Extreme::default(),
             cut: 0,
             latest_cut: 0.0,
         }
@@ -36,10 +38,19 @@ impl Applied {
         limit.map_or(Requirement::Information, |max| Requirement::Inside(0.0, max.into()))
     }
 
-    fn torque_requirement(&self) -> Requirement {
-        let limit = self.limits.and_then(|limits| limits.torque_max);
-        limit.map_or(Requirement::Information, |max| Requirement::AtMost(max.into()))
+    fn torque(&self) -> (Requirement, Extreme) {
+        match self.limits.and_then(|limits| limits.torque_max) {
+            Some(_) => self.torque.tightest(),
+            None => (Requirement::Information, self.highest_torque),
+        }
     }
+}
+
+fn torque_requirements(actuation: &ActuationConfig) -> [Requirement; 3] {
+    let limits = actuation.limits().and_then(|limits| limits.torque_max);
+    limits.map_or([Requirement::Information; 3], |limits| {
+        limits.as_dvec3().to_array().map(Requirement::AtMost)
+    })
 }
 
 impl Observer for Applied {
@@ -52,8 +63,10 @@ impl Observer for Applied {
             Requirement::Information => self.thrust.highest(applied.thrust, tick.time),
             limited => self.thrust.tightest(applied.thrust, tick.time, limited),
         };
-        for component in applied.torque_body.abs().to_array() {
-            self.torque.highest(component, tick.time);
+        let torque = applied.torque_body.abs();
+        self.torque.observe(torque, tick.time);
+        for component in torque.to_array() {
+            self.highest_torque.highest(component, tick.time);
         }
         if self.limits.is_some_and(|limits| limits.cuts(&tick.output.wrench)) {
             self.cut += 1;
@@ -70,6 +83,7 @@ impl Monitor for Applied {
         let row = |name, unit, requirement, extreme| {
             Verdict::new((name, "-", unit), requirement, extreme)
         };
+        let (torque, highest) = self.torque();
         let mut rows = vec![
             row(
                 "applied thrust, nearest to its limits",
@@ -77,12 +91,7 @@ impl Monitor for Applied {
                 self.thrust_requirement(),
                 self.thrust,
             ),
-            row(
-                "applied torque, peak about any axis",
-                "N m",
-                self.torque_requirement(),
-                self.torque,
-            ),
+            row("applied torque, peak about any axis", "N m", torque, highest),
         ];
         rows.extend(self.limits.map(|_| {
             let cut = Extreme::at(self.cut as f64, self.latest_cut);

@@ -1,10 +1,11 @@
 //! Every estimate stays inside its set: (14), (35), (51), (52), and those of the integral action.
 
 use ctrl_core::vehicle::Interval;
+use glam::Vec3;
 
 use super::ROUNDING;
 use super::block::Block;
-use super::verdict::{Extreme, Requirement, Verdict};
+use super::verdict::{AxisExtremes, Extreme, Requirement, Verdict};
 use crate::lanes::Scalars;
 use ctrl_core::controller::ControllerConfig;
 
@@ -12,9 +13,9 @@ use ctrl_core::controller::ControllerConfig;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EstimateSets {
     mass: (Requirement, Extreme),
-    inertia: (Requirement, Extreme),
+    inertia: AxisExtremes,
     ratio: Option<(Requirement, Extreme)>,
-    lasting: [Option<(Requirement, Extreme)>; 2],
+    lasting: [Option<AxisExtremes>; 2],
     equations: [&'static str; 2],
 }
 
@@ -30,7 +31,7 @@ impl EstimateSets {
         let uncertainty = law.uncertainty();
         Self {
             mass: (set(uncertainty.mass), Extreme::default()),
-            inertia: (set(uncertainty.inertia), Extreme::default()),
+            inertia: AxisExtremes::new(uncertainty.inertia.axes().map(set)),
             ratio,
             lasting: lasting_sets(law),
             equations: ["(14)", inertia_equation],
@@ -39,17 +40,20 @@ impl EstimateSets {
 }
 
 /// The sets of the integral action that are switched on: of `d_hat`, and of `t_hat` or `s_hat`.
-fn lasting_sets(law: &ControllerConfig) -> [Option<(Requirement, Extreme)>; 2] {
+fn lasting_sets(law: &ControllerConfig) -> [Option<AxisExtremes>; 2] {
     let integral = law.integral();
-    let set = |bound: f32| {
-        let bound = f64::from(bound) * (1.0 + ROUNDING);
-        (bound > 0.0).then(|| (Requirement::Inside(-bound, bound), Extreme::default()))
+    let set = |bounds: Vec3| {
+        let inside = |bound: f32| {
+            let bound = f64::from(bound) * (1.0 + ROUNDING);
+            Requirement::Inside(-bound, bound)
+        };
+        (bounds.x > 0.0).then(|| AxisExtremes::new(bounds.to_array().map(inside)))
     };
     let divisor = match law {
-        ControllerConfig::RobustAdaptive(_) => 1.0,
+        ControllerConfig::RobustAdaptive(_) => Vec3::ONE,
         ControllerConfig::Saturated(_) => law.uncertainty().inertia.lower,
     };
-    [set(integral.acceleration_max), set(integral.torque_max / divisor)]
+    [set(Vec3::splat(integral.acceleration_max)), set(integral.torque_max / divisor)]
 }
 
 /// The interval, widened by what rounding to `f32` and taking a reciprocal may do.
@@ -71,14 +75,14 @@ impl EstimateSets {
             None => (law.inertia, law.lasting_torque),
             Some(_) => (law.inverse_inertia.map(Scalars::recip), law.lasting_angular_acceleration),
         };
-        let (requirement, extreme) = &mut self.inertia;
-        extreme.tightest_of(&inertia.to_array(), block, *requirement);
+        self.inertia.observe_block(inertia, block);
         if let Some((requirement, extreme)) = &mut self.ratio {
             extreme.tightest_of(&law.gyroscopic_ratio.to_array(), block, *requirement);
         }
         for (set, estimate) in self.lasting.iter_mut().zip([law.lasting_acceleration, torque]) {
-            let Some((requirement, extreme)) = set else { continue };
-            extreme.tightest_of(&estimate.to_array(), block, *requirement);
+            if let Some(extremes) = set {
+                extremes.observe_block(estimate, block);
+            }
         }
     }
 
@@ -91,17 +95,17 @@ impl EstimateSets {
         };
         let mut rows = vec![
             row("mass estimate", mass, "kg", self.mass),
-            row("inertia estimate", inertia, "kg m^2", self.inertia),
+            row("inertia estimate", inertia, "kg m^2", self.inertia.tightest()),
         ];
         rows.extend(self.ratio.map(|ratio| row("gyroscopic ratio estimate", "(52)", "-", ratio)));
         let [acceleration, torque] = self.lasting;
         let name = "lasting acceleration estimate";
-        rows.extend(acceleration.map(|set| row(name, "integral action", "m/s^2", set)));
+        rows.extend(acceleration.map(|it| row(name, "integral action", "m/s^2", it.tightest())));
         let (name, unit) = match self.ratio {
             None => ("lasting torque estimate", "N m"),
             Some(_) => ("lasting torque estimate by inertia", "rad/s^2"),
         };
-        rows.extend(torque.map(|set| row(name, "integral action", unit, set)));
+        rows.extend(torque.map(|it| row(name, "integral action", unit, it.tightest())));
         rows
     }
 }

@@ -3,7 +3,7 @@
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::{AdaptiveController, Intermediates};
 use ctrl_core::trajectory::{RisingCircle, RisingCircleConfig, Trajectory};
-use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty};
+use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VectorInterval};
 use glam::{DQuat, DVec3, Vec3};
 
 use crate::evaluation::Evaluation;
@@ -19,16 +19,16 @@ pub const VEHICLE: PlantParameters =
 
 const UNCERTAINTY: Uncertainty = Uncertainty {
     mass: Interval { lower: 0.7, upper: 1.0 },
-    inertia: Interval { lower: 0.03, upper: 0.12 },
+    inertia: VectorInterval::splat(0.03, 0.12),
     disturbance_acceleration: 0.05,
-    disturbance_torque: 0.05,
+    disturbance_torque: Vec3::splat(0.05),
 };
 
 fn gains(k3: f32, c: f32, m: f32) -> CascadeGains {
     CascadeGains {
         k1: 0.5,
         k2: 1.0,
-        k3,
+        k3: Vec3::splat(k3),
         c,
         m1: m,
         m2: m,
@@ -47,8 +47,8 @@ pub fn robust_adaptive(step_period: f32) -> RobustAdaptiveConfig {
         uncertainty: UNCERTAINTY,
         initial: InitialEstimate { mass: 0.75, inertia: Vec3::splat(0.06) },
         cascade: gains(4.0, 0.01, 4.0),
-        k4: 0.5,
-        gamma2: 0.01,
+        k4: Vec3::splat(0.5),
+        gamma2: Vec3::splat(0.01),
         integral: IntegralAction::OFF,
     }
 }
@@ -62,10 +62,10 @@ pub fn saturated(step_period: f32) -> SaturatedConfig {
         initial: InitialEstimate { mass: 0.75, inertia: Vec3::splat(0.06) },
         cascade: gains(2.0, 0.001, 0.45),
         thrust_max: 12.0,
-        torque_max: 0.05,
-        k4: 4.0,
+        torque_max: Vec3::splat(0.05),
+        k4: Vec3::splat(4.0),
         k5: 0.5,
-        gamma2: 0.01,
+        gamma2: Vec3::splat(0.01),
         gamma3: 0.01,
         integral: IntegralAction::OFF,
     }
@@ -84,7 +84,7 @@ pub fn fly<C: AdaptiveController>(
         RisingCircleConfig { radius: 100.0, angular_rate: 0.05, height: 10.0, rise_rate: 0.1 };
     let trajectory = RisingCircle::new(&circle, controller.step_period()).unwrap();
     let body = RigidBody::new(&VEHICLE, dt, 1);
-    let noise = crate::plant::disturbance::Noise { acceleration: 0.05, torque: 0.05 };
+    let noise = crate::plant::disturbance::Noise { acceleration: 0.05, torque: DVec3::splat(0.05) };
     let config = DisturbanceConfig { noise: Some(noise), ..DisturbanceConfig::default() };
     let mut disturbances = DisturbanceProcess::new(&config, 1, dt);
     let mut state = controller.initial_state();
@@ -142,6 +142,24 @@ pub fn both(step_period: f32) -> [ControllerConfig; 2] {
         ControllerConfig::RobustAdaptive(robust_adaptive(step_period)),
         ControllerConfig::Saturated(saturated(step_period)),
     ]
+}
+
+/// `config` with other gains, limits and intervals about each axis.
+pub fn unlike(mut config: ControllerConfig) -> ControllerConfig {
+    config.cascade_mut().k3 *= Vec3::new(1.0, 0.8, 0.5);
+    let (k4, gamma2, known) = match &mut config {
+        ControllerConfig::RobustAdaptive(it) => (&mut it.k4, &mut it.gamma2, &mut it.uncertainty),
+        ControllerConfig::Saturated(it) => {
+            it.torque_max *= Vec3::new(1.0, 0.7, 0.4);
+            (&mut it.k4, &mut it.gamma2, &mut it.uncertainty)
+        }
+    };
+    *k4 *= Vec3::new(1.0, 0.9, 0.6);
+    *gamma2 *= Vec3::new(1.0, 0.5, 0.2);
+    known.disturbance_torque *= Vec3::new(1.0, 1.2, 1.5);
+    known.inertia =
+        VectorInterval { lower: Vec3::new(0.03, 0.04, 0.05), upper: Vec3::new(0.12, 0.1, 0.2) };
+    config
 }
 
 /// One tick of the start of a flight, to be changed at will.

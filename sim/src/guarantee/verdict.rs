@@ -2,10 +2,11 @@
 
 use std::fmt;
 
+use glam::DVec3;
 use serde::Serialize;
 
 use super::block::Block;
-use crate::lanes::{LANES, Scalars, all};
+use crate::lanes::{LANES, Scalars, Vectors, all};
 use crate::number::number;
 
 /// Requirement on the observed extreme.
@@ -106,6 +107,52 @@ impl fmt::Display for Verdict {
             None => out.write_str("not observed")?,
         }
         self.margin.map_or(Ok(()), |margin| write!(out, ", margin {}", number(margin)))
+    }
+}
+
+/// The extremes of the three body axes, each against a requirement of its own; a row shows the tightest.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AxisExtremes {
+    requirements: [Requirement; 3],
+    extremes: [Extreme; 3],
+}
+
+impl AxisExtremes {
+    pub(super) fn new(requirements: [Requirement; 3]) -> Self {
+        Self { requirements, extremes: [Extreme::default(); 3] }
+    }
+
+    /// Keeps what is tighter about its axis.
+    #[inline]
+    pub(super) fn observe(&mut self, x: DVec3, time: f64) {
+        let axes = self.extremes.iter_mut().zip(self.requirements).zip(x.to_array());
+        for ((extreme, requirement), x) in axes {
+            extreme.tightest(x, time, requirement);
+        }
+    }
+
+    /// [`observe`](Self::observe) of each tick of a block.
+    #[inline]
+    pub(super) fn observe_block(&mut self, x: Vectors, block: &Block) {
+        let axes = self.extremes.iter_mut().zip(self.requirements).zip(x.to_array());
+        for ((extreme, requirement), x) in axes {
+            extreme.tightest_of(&[x], block, requirement);
+        }
+    }
+
+    /// Requirement and extreme of the axis with the least margin; the earliest of several.
+    pub(super) fn tightest(&self) -> (Requirement, Extreme) {
+        let margin = |axis: &(Requirement, Extreme)| {
+            let observed = axis.1.value().unwrap_or(f64::NAN);
+            axis.0.margin(observed).filter(|it| !it.is_nan()).unwrap_or(f64::NEG_INFINITY)
+        };
+        let axes = self.requirements.into_iter().zip(self.extremes);
+        let tighter = |a: (Requirement, Extreme), b: (Requirement, Extreme)| {
+            let sooner = |it: &(Requirement, Extreme)| it.1.time().unwrap_or(f64::INFINITY);
+            let before = margin(&b).total_cmp(&margin(&a)).then(sooner(&b).total_cmp(&sooner(&a)));
+            if before.is_lt() { b } else { a }
+        };
+        axes.reduce(tighter).unwrap_or((Requirement::Information, Extreme::default()))
     }
 }
 

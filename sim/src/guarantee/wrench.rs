@@ -57,10 +57,10 @@ impl Monitor for Thrust {
     }
 }
 
-/// Each torque component stays inside `M_tau`; without such a limit the peak is reported.
+/// The torque about each axis stays inside its `M_tau`; without such a limit the peak is reported.
 #[derive(Clone, Copy, Debug)]
 pub struct Torque {
-    limit: Option<f64>,
+    limits: Option<[f64; 3]>,
     peaks: [Extreme; 3],
 }
 
@@ -68,7 +68,8 @@ impl Torque {
     /// With the limit of `law`.
     #[must_use]
     pub fn new(law: &ControllerConfig) -> Self {
-        Self { limit: law.torque_max().map(f64::from), peaks: [Extreme::default(); 3] }
+        let limits = law.torque_max().map(|limits| limits.as_dvec3().to_array());
+        Self { limits, peaks: [Extreme::default(); 3] }
     }
 }
 
@@ -83,12 +84,13 @@ impl Observer for Torque {
 
 impl Monitor for Torque {
     fn verdicts(&self) -> Vec<Verdict> {
-        let (requirement, equation) = match self.limit {
-            Some(limit) => (Requirement::AtMost(limit), "(8)"),
-            None => (Requirement::Information, "(34)"),
+        let (requirements, equation) = match self.limits {
+            Some(limits) => (limits.map(Requirement::AtMost), "(8)"),
+            None => ([Requirement::Information; 3], "(34)"),
         };
         let names = ["torque about x, peak", "torque about y, peak", "torque about z, peak"];
-        let row = |(name, peak)| Verdict::new((name, equation, "N m"), requirement, peak);
-        names.into_iter().zip(self.peaks).map(row).collect()
+        let row =
+            |(name, (requirement, peak))| Verdict::new((name, equation, "N m"), requirement, peak);
+        names.into_iter().zip(requirements.into_iter().zip(self.peaks)).map(row).collect()
     }
 }

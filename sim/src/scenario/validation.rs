@@ -1,5 +1,8 @@
 //! Checks beyond the types of fields: ranges of the fields of the simulation, and the theorems' assumptions.
 
+use ctrl_core::vehicle::Interval;
+use glam::{DVec3, Vec3};
+
 use super::Scenario;
 use crate::feedback::StateFeedbackConfig;
 use crate::guarantee::bounds::ThrustBounds;
@@ -87,12 +90,12 @@ fn checks(scenario: &Scenario) -> Vec<Check> {
     checks.extend(scenario.sensors.iter().flat_map(sensor_checks));
     if let Some(noise) = disturbance.noise {
         checks.push(not_negative("disturbance.noise.acceleration", noise.acceleration));
-        checks.push(not_negative("disturbance.noise.torque", noise.torque));
+        checks.push(not_negative("disturbance.noise.torque", noise.torque.min_element()));
     }
     if let Some(gust) = disturbance.gust {
         checks.push(positive("disturbance.gust.hold", gust.hold));
         checks.push(not_negative("disturbance.gust.acceleration", gust.acceleration));
-        checks.push(not_negative("disturbance.gust.torque", gust.torque));
+        checks.push(not_negative("disturbance.gust.torque", gust.torque.min_element()));
     }
     if let Some(wind) = disturbance.dryden {
         checks.push(positive("disturbance.dryden.wind_speed", wind.wind_speed));
@@ -113,7 +116,12 @@ fn actuation_checks(actuation: &ActuationConfig) -> impl Iterator<Item = Check> 
     let lag: fn(f64) -> bool = |x| (0.0..=ActuationConfig::ROTOR_LAG_MAX).contains(&x);
     [
         ("actuation.thrust_max", actuation.thrust_max, positive, "positive"),
-        ("actuation.torque_max", actuation.torque_max, positive, "positive"),
+        (
+            "actuation.torque_max",
+            actuation.torque_max.map(DVec3::min_element),
+            positive,
+            "positive",
+        ),
         ("actuation.delay", actuation.delay, delay, "in [0, 1] s"),
         ("actuation.rotor_lag", actuation.rotor_lag, lag, "in [0, 10] s"),
     ]
@@ -223,24 +231,24 @@ pub(super) fn broken_assumptions(scenario: &Scenario) -> Vec<String> {
         known.mass.contains(mass),
         format!("true mass {mass} kg is outside [{}, {}] kg", known.mass.lower, known.mass.upper),
     );
-    let (lower, upper) = (known.inertia.lower, known.inertia.upper);
-    for inertia in scenario.vehicle.inertia.as_vec3().to_array() {
+    let inertia = scenario.vehicle.inertia.as_vec3().to_array();
+    for (inertia, set) in inertia.into_iter().zip(known.inertia.axes()) {
+        let Interval { lower, upper } = set;
         demand(
-            known.inertia.contains(inertia),
+            set.contains(inertia),
             format!("true inertia {inertia} kg m^2 is outside [{lower}, {upper}] kg m^2"),
         );
     }
     let integral = scenario.controller.integral();
     let (acceleration, torque) = scenario.disturbance.bounds_beside(integral);
-    let (d1, d2) = (known.disturbance_acceleration, known.disturbance_torque);
+    let d1 = known.disturbance_acceleration;
     demand(
         acceleration as f32 <= d1,
         format!("disturbance acceleration up to {acceleration} m/s^2 exceeds D1 = {d1} m/s^2"),
     );
-    demand(
-        torque as f32 <= d2,
-        format!("disturbance torque up to {torque} N m exceeds D2 = {d2} N m"),
-    );
+    for (axis, torque, d2) in beyond(torque.as_vec3(), known.disturbance_torque) {
+        demand(false, format!("disturbance torque up to {torque} N m{axis} exceeds D2 = {d2} N m"));
+    }
     broken.extend(unlike_the_command(scenario));
     broken.extend(scenario.sensors.map(|_| {
         "the controller receives an estimate by sensors in place of the true state".to_owned()
@@ -252,6 +260,18 @@ pub(super) fn broken_assumptions(scenario: &Scenario) -> Vec<String> {
         broken.push("the controller receives the body rate behind filters".to_owned());
     }
     broken
+}
+
+/// Axis, value and limit of each component of `x` above that of `limit`; one without a name when all are
+/// alike.
+fn beyond(x: Vec3, limit: Vec3) -> Vec<(&'static str, f32, f32)> {
+    if x == Vec3::splat(x.x) && limit == Vec3::splat(limit.x) {
+        return if x.x <= limit.x { vec![] } else { vec![("", x.x, limit.x)] };
+    }
+    let axes = [" about x", " about y", " about z"].into_iter();
+    let pairs = x.to_array().into_iter().zip(limit.to_array());
+    let all = axes.zip(pairs).map(|(axis, (x, limit))| (axis, x, limit));
+    all.filter(|(_, x, limit)| x > limit).collect()
 }
 
 /// Deviations of the actuators from the command, one sentence each.
@@ -271,11 +291,13 @@ fn unlike_the_command(scenario: &Scenario) -> Vec<String> {
         let thrust =
             law.thrust_upper_bound().min(law.thrust_max().map(f64::from).unwrap_or(f64::INFINITY));
         require(limits.thrust_max, thrust, "N of thrust");
-        require(
-            limits.torque_max,
-            law.torque_max().map(f64::from).unwrap_or(f64::INFINITY),
-            "N m per axis",
-        );
+        if let Some(given) = limits.torque_max {
+            let asked = law.torque_max().unwrap_or(Vec3::INFINITY);
+            for (axis, asked, given) in beyond(asked, given) {
+                let unit = format!("N m{}", if axis.is_empty() { " per axis" } else { axis });
+                require(Some(given), asked.into(), &unit);
+            }
+        }
     }
     let acting = |time: Option<f64>| time.filter(|&time| time > 0.0).map(number);
     sentences.extend(

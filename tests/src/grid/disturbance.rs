@@ -39,7 +39,7 @@ impl Case {
     pub fn disturbed(mut self, kind: Kind, signs: [f64; 6], fraction: f64) -> Self {
         let known = self.scenario.controller.uncertainty();
         let d1 = f64::from(known.disturbance_acceleration);
-        let d2 = f64::from(known.disturbance_torque);
+        let d2 = known.disturbance_torque.as_dvec3();
         let acceleration = d1 * DVec3::new(signs[0], signs[1], signs[2]);
         let torque = d2 * DVec3::new(signs[3], signs[4], signs[5]);
         let frequency = 0.02 * 250f64.powf(fraction);

@@ -1,13 +1,13 @@
-//! Inertias at the ends of the interval that the controller is told.
+//! Inertias at the ends of the interval that the controller is told, alike about each axis.
 
-use ctrl_core::vehicle::Interval;
+use ctrl_core::vehicle::VectorInterval;
 use glam::DVec3;
 
 /// The ends: a ball of the least and of the largest inertia, a plate, a rod along each axis, and a
 /// body whose three moments are as unequal as the interval and the triangle inequality allow.
 #[must_use]
-pub fn ends(interval: Interval) -> [DVec3; 7] {
-    let (lower, upper) = (f64::from(interval.lower), f64::from(interval.upper));
+pub fn ends(interval: VectorInterval) -> [DVec3; 7] {
+    let (lower, upper) = (f64::from(interval.lower.x), f64::from(interval.upper.x));
     let middle = upper - lower;
     [
         DVec3::splat(lower),
@@ -24,13 +24,13 @@ pub fn ends(interval: Interval) -> [DVec3; 7] {
 mod tests {
     use super::*;
 
-    const INTERVAL: Interval = Interval { lower: 0.03, upper: 0.12 };
+    const INTERVAL: VectorInterval = VectorInterval::splat(0.03, 0.12);
 
     /// No moment exceeds the sum of the others, and each is in the interval.
     fn assert_possible(j: DVec3) {
         assert!(2.0 * j.max_element() <= j.element_sum() + 1e-12, "{j}");
-        assert!(j.min_element() >= f64::from(INTERVAL.lower), "{j}");
-        assert!(j.max_element() <= f64::from(INTERVAL.upper), "{j}");
+        assert!(j.min_element() >= f64::from(INTERVAL.lower.x), "{j}");
+        assert!(j.max_element() <= f64::from(INTERVAL.upper.x), "{j}");
     }
 
     #[test]
@@ -43,7 +43,7 @@ mod tests {
         let ends = ends(INTERVAL);
         let flat = |j: &DVec3| (2.0 * j.max_element() - j.element_sum()).abs() < 1e-12;
         assert!(ends.iter().any(flat));
-        assert!(ends.iter().any(|j| j.max_element() == f64::from(INTERVAL.lower)));
-        assert!(ends.iter().any(|j| j.min_element() == f64::from(INTERVAL.upper)));
+        assert!(ends.iter().any(|j| j.max_element() == f64::from(INTERVAL.lower.x)));
+        assert!(ends.iter().any(|j| j.min_element() == f64::from(INTERVAL.upper.x)));
     }
 }

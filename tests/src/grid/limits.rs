@@ -2,7 +2,8 @@
 
 use ctrl_core::controller::ControllerConfig;
 use ctrl_core::controller::{Estimates, StepStatus};
-use ctrl_core::vehicle::{Interval, Wrench};
+use ctrl_core::vehicle::{Interval, VectorInterval, Wrench};
+use glam::{DVec3, Vec3};
 use sim::guarantee::bounds::ThrustBounds;
 use sim::plant::PlantState;
 use sim::tick::Tick;
@@ -14,9 +15,9 @@ const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     thrust: (f64, f64),
-    torque: f64,
+    torque: Vec3,
     mass: Interval,
-    inertia: Interval,
+    inertia: VectorInterval,
     saturated: bool,
 }
 
@@ -40,7 +41,7 @@ impl Limits {
                 lower,
                 law.thrust_max().map(f64::from).map_or(upper, |limit| limit.min(upper)),
             ),
-            torque: law.torque_max().map(f64::from).unwrap_or(f64::MAX), // (8)
+            torque: law.torque_max().unwrap_or(Vec3::MAX), // (8)
             mass: known.mass,
             inertia: known.inertia,
             saturated: matches!(law, ControllerConfig::Saturated(_)),
@@ -68,20 +69,22 @@ impl Limits {
     }
 
     fn holds_torque(&self, wrench: &Wrench) -> bool {
-        let holds = |component: f32| f64::from(component.abs()) <= self.torque;
-        wrench.torque_body.to_array().into_iter().all(holds)
+        wrench.torque_body.abs().cmple(self.torque).all()
     }
 
     /// `a_hat` (35), or `theta_hat` (51) and `Pi_hat` (52).
     fn holds_inertia(&self, estimates: &Estimates) -> bool {
         if !self.saturated {
-            let components = estimates.inertia.to_array();
-            return components.into_iter().all(|j| inside(j.into(), self.inertia));
+            return self.inside_each(estimates.inertia.as_dvec3());
         }
-        let inverse = estimates.inverse_inertia.to_array();
         let ratio = estimates.gyroscopic_ratio.to_array();
-        inverse.into_iter().all(|theta| inside(1.0 / f64::from(theta), self.inertia))
+        self.inside_each(estimates.inverse_inertia.as_dvec3().recip())
             && ratio.into_iter().all(|pi| pi.abs() <= 1.0)
+    }
+
+    fn inside_each(&self, inertia: DVec3) -> bool {
+        let axes = inertia.to_array().into_iter().zip(self.inertia.axes());
+        axes.into_iter().all(|(j, set)| inside(j, set))
     }
 }
 

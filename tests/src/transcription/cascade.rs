@@ -92,7 +92,7 @@ impl Force {
         let free = gains.gamma1 * g.dot(f * thrust_axis);
         let beta_dot = project(beta, free, set); // (14)
         let v_dot = -gains.g * DVec3::Z + beta * f * thrust_axis + memory.d_hat;
-        let (gamma_d, d_c) = (gains.integral.gamma_d, gains.integral.d_c);
+        let (gamma_d, d_c) = (gains.integral.gamma_d, DVec3::splat(gains.integral.d_c));
         let horizontal = DVec3::new(1.0, 1.0, 0.0);
         let d_hat_dot = project_each(memory.d_hat, gamma_d * g * horizontal, [-d_c, d_c]);
         let known = Known { v_dot, beta_dot, d_hat_dot, ..Known::default() };

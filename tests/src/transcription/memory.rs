@@ -103,7 +103,7 @@ impl Memory {
     pub fn advance(&mut self, law: Law, gains: &Gains, evaluation: &Evaluation, dt: f64) {
         let rate = &evaluation.rate;
         self.beta = (self.beta + dt * rate.beta).clamp(1.0 / gains.m[1], 1.0 / gains.m[0]);
-        let [lower, upper] = gains.j.map(DVec3::splat);
+        let [lower, upper] = gains.j;
         self.a_hat = (self.a_hat + dt * rate.a_hat).clamp(lower, upper);
         self.theta_hat = (self.theta_hat + dt * rate.theta_hat).clamp(upper.recip(), lower.recip());
         self.pi_hat = (self.pi_hat + dt * rate.pi_hat).clamp(DVec3::NEG_ONE, DVec3::ONE);
@@ -114,7 +114,7 @@ impl Memory {
         self.w_a = (self.w_a + dt * rate.w_a_driven) / (1.0 + gains.k4 * dt);
         let d_c = gains.integral.d_c;
         self.d_hat = (self.d_hat + dt * rate.d_hat).clamp(DVec3::splat(-d_c), DVec3::splat(d_c));
-        let bound = DVec3::splat(gains.lasting_torque_bound(law));
+        let bound = gains.lasting_torque_bound(law);
         self.lasting_torque = (self.lasting_torque + dt * rate.lasting_torque).clamp(-bound, bound);
         self.decay *= (-2.0 * gains.delta_1 * dt).exp();
         self.q_e = Some(evaluation.attitude_error);
@@ -130,6 +130,6 @@ pub fn project(x: f64, rate: f64, [lower, upper]: [f64; 2]) -> f64 {
 
 /// [`project`] for each component.
 #[must_use]
-pub fn project_each(x: DVec3, rate: DVec3, set: [f64; 2]) -> DVec3 {
-    DVec3::from_array(std::array::from_fn(|i| project(x[i], rate[i], set)))
+pub fn project_each(x: DVec3, rate: DVec3, [lower, upper]: [DVec3; 2]) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|i| project(x[i], rate[i], [lower[i], upper[i]])))
 }

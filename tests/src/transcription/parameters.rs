@@ -1,7 +1,7 @@
 //! Inputs of a law: gains and known bounds, the vehicle's truth, one reference point.
 
 use glam::DVec3;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::Law;
 use super::rotation::Quaternion;
@@ -20,26 +20,29 @@ pub struct Gains {
     pub k1: f64,
     /// `k2` (s/m).
     pub k2: f64,
-    /// `k3` (1/s).
-    pub k3: f64,
-    /// `k4`: (N m s) for controller 1, (1/s) for controller 2.
-    pub k4: f64,
+    /// `k3` about each axis (1/s).
+    #[serde(with = "sim::per_axis")]
+    pub k3: DVec3,
+    /// `k4` about each axis: (N m s) for controller 1, (1/s) for controller 2.
+    #[serde(with = "sim::per_axis")]
+    pub k4: DVec3,
     /// `k5` (1/s), controller 2.
     pub k5: f64,
     /// `c`.
     pub c: f64,
     /// `gamma1`.
     pub gamma1: f64,
-    /// `gamma2`.
-    pub gamma2: f64,
+    /// `gamma2` about each axis.
+    #[serde(with = "sim::per_axis")]
+    pub gamma2: DVec3,
     /// `gamma3`, controller 2.
     pub gamma3: f64,
     /// `D1` (m/s^2).
     #[serde(rename = "D1")]
     pub d1: f64,
-    /// `D2` (N m).
-    #[serde(rename = "D2")]
-    pub d2: f64,
+    /// `D2` about each axis (N m).
+    #[serde(rename = "D2", with = "sim::per_axis")]
+    pub d2: DVec3,
     /// `delta_1` (1/s).
     pub delta_1: f64,
     /// Floor of the translational smoothing width.
@@ -48,17 +51,24 @@ pub struct Gains {
     pub delta_min_rotation: f64,
     /// `[m_lo, m_hi]` (kg).
     pub m: [f64; 2],
-    /// `[J_lo, J_hi]` (kg m^2).
-    #[serde(rename = "J")]
-    pub j: [f64; 2],
-    /// `M_tau` (N m), controller 2.
-    #[serde(rename = "M_tau")]
-    pub m_tau: f64,
+    /// `[J_lo, J_hi]` about each axis (kg m^2).
+    #[serde(rename = "J", deserialize_with = "ends")]
+    pub j: [DVec3; 2],
+    /// `M_tau` about each axis (N m), controller 2.
+    #[serde(rename = "M_tau", with = "sim::per_axis")]
+    pub m_tau: DVec3,
     /// `g` (m/s^2).
     pub g: f64,
     /// Integral action; off in the golden file.
     #[serde(default)]
     pub integral: IntegralGains,
+}
+
+/// Two ends, each a number for all axes or a vector.
+fn ends<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[DVec3; 2], D::Error> {
+    #[derive(Deserialize)]
+    struct End(#[serde(with = "sim::per_axis")] DVec3);
+    Ok(<[End; 2]>::deserialize(deserializer)?.map(|End(end)| end))
 }
 
 /// Bounds and gains of the integral action, under the symbols of the page (SI units).
@@ -76,13 +86,13 @@ pub struct IntegralGains {
 }
 
 impl Gains {
-    /// Bound of each component of `t_hat`, or of `s_hat`: `D_t/J_lo` to the precision in which the core
+    /// Bounds of the components of `t_hat`, or of `s_hat`: `D_t/J_lo` to the precision in which the core
     /// holds it, so that both mean the same border.
     #[must_use]
-    pub fn lasting_torque_bound(&self, law: Law) -> f64 {
+    pub fn lasting_torque_bound(&self, law: Law) -> DVec3 {
         match law {
-            Law::RobustAdaptive => self.integral.d_t,
-            Law::Saturated => f64::from((self.integral.d_t / self.j[0]) as f32),
+            Law::RobustAdaptive => DVec3::splat(self.integral.d_t),
+            Law::Saturated => (self.integral.d_t / self.j[0]).as_vec3().as_dvec3(),
         }
     }
 }

@@ -36,7 +36,7 @@ pub fn evaluate(gains: &Gains, truth: &Truth, r: &ReferencePoint, memory: &Memor
         [("mu", mu), ("mu_dot", mu_dot), ("w_e", w_e), ("tau", tau), ("a_hat_dot", a_hat_dot)];
     quantities.extend(vectors.map(|(name, x): (_, DVec3)| (name, x.to_array().to_vec())));
     quantities.insert("q_e", q_e.to_array().to_vec());
-    let (gamma_t, d_t) = (gains.integral.gamma_t, gains.integral.d_t);
+    let (gamma_t, d_t) = (gains.integral.gamma_t, DVec3::splat(gains.integral.d_t));
     let t_hat_dot = project_each(memory.lasting_torque, gamma_t * w_e, [-d_t, d_t]);
     quantities.insert("lasting_torque_dot", t_hat_dot.to_array().to_vec());
     let rate = MemoryRate {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use ctrl_core::controller::ControllerConfig;
-use gyrfalcon::GyrfalconConfig;
+use gyrfalcon::{GyrfalconConfig, GyrfalconVector};
 
 const HEADER: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/../integrations/crazyflie/app/src/gains.h");
@@ -23,51 +23,46 @@ pub fn check(config: &ControllerConfig) {
 /// The gains as an initialiser in C: shortest decimals that give the same bits.
 fn header(config: &GyrfalconConfig) -> String {
     let (known, initial, gains) = (&config.uncertainty, &config.initial, &config.cascade);
-    let inertia = initial.inertia;
+    let number = |x: f32| format!("{x:?}f");
+    let vector =
+        |v: GyrfalconVector| format!("{{{}, {}, {}}}", number(v.x), number(v.y), number(v.z));
+    let fields = [
+        ("step_period", number(config.step_period)),
+        ("reference_acceleration_max", number(config.reference_acceleration_max)),
+        ("uncertainty.mass.lower", number(known.mass.lower)),
+        ("uncertainty.mass.upper", number(known.mass.upper)),
+        ("uncertainty.inertia.lower", vector(known.inertia.lower)),
+        ("uncertainty.inertia.upper", vector(known.inertia.upper)),
+        ("uncertainty.disturbance_acceleration", number(known.disturbance_acceleration)),
+        ("uncertainty.disturbance_torque", vector(known.disturbance_torque)),
+        ("initial.mass", number(initial.mass)),
+        ("initial.inertia", vector(initial.inertia)),
+        ("cascade.k1", number(gains.k1)),
+        ("cascade.k2", number(gains.k2)),
+        ("cascade.k3", vector(gains.k3)),
+        ("cascade.c", number(gains.c)),
+        ("cascade.M1", number(gains.M1)),
+        ("cascade.M2", number(gains.M2)),
+        ("cascade.gamma1", number(gains.gamma1)),
+        ("cascade.delta_1", number(gains.delta_1)),
+        ("cascade.delta_min_translation", number(gains.delta_min_translation)),
+        ("cascade.delta_min_rotation", number(gains.delta_min_rotation)),
+        ("k4", vector(config.k4)),
+        ("gamma2", vector(config.gamma2)),
+        ("thrust_max", number(config.thrust_max)),
+        ("torque_max", vector(config.torque_max)),
+        ("k5", number(config.k5)),
+        ("gamma3", number(config.gamma3)),
+    ];
+    let lines: String =
+        fields.iter().map(|(name, value)| format!("        .{name} = {value}, \\\n")).collect();
     format!(
         "/* Gains of integrations/crazyflie/roll-recovery.toml; the test `crazyflie` compares them. */\n\
          #pragma once\n\n\
          #define GYRFALCON_CRAZYFLIE_GAINS \\\n    {{ \\\n        \
          .struct_size = sizeof(gyrfalcon_config), \\\n        \
          .abi_version = GYRFALCON_ABI_VERSION, \\\n        \
-         .kind = GYRFALCON_SATURATED, \\\n        \
-         .step_period = {:?}f, \\\n        \
-         .reference_acceleration_max = {:?}f, \\\n        \
-         .uncertainty = {{.mass = {{{:?}f, {:?}f}}, .inertia = {{{:?}f, {:?}f}}, \\\n                        \
-         .disturbance_acceleration = {:?}f, .disturbance_torque = {:?}f}}, \\\n        \
-         .initial = {{.mass = {:?}f, .inertia = {{{:?}f, {:?}f, {:?}f}}}}, \\\n        \
-         .cascade = {{.k1 = {:?}f, .k2 = {:?}f, .k3 = {:?}f, .c = {:?}f, \\\n                    \
-         .M1 = {:?}f, .M2 = {:?}f, .gamma1 = {:?}f, .delta_1 = {:?}f, \\\n                    \
-         .delta_min_translation = {:?}f, .delta_min_rotation = {:?}f}}, \\\n        \
-         .k4 = {:?}f, .gamma2 = {:?}f, .thrust_max = {:?}f, .torque_max = {:?}f, \\\n        \
-         .k5 = {:?}f, .gamma3 = {:?}f \\\n    }}\n",
-        config.step_period,
-        config.reference_acceleration_max,
-        known.mass.lower,
-        known.mass.upper,
-        known.inertia.lower,
-        known.inertia.upper,
-        known.disturbance_acceleration,
-        known.disturbance_torque,
-        initial.mass,
-        inertia.x,
-        inertia.y,
-        inertia.z,
-        gains.k1,
-        gains.k2,
-        gains.k3,
-        gains.c,
-        gains.M1,
-        gains.M2,
-        gains.gamma1,
-        gains.delta_1,
-        gains.delta_min_translation,
-        gains.delta_min_rotation,
-        config.k4,
-        config.gamma2,
-        config.thrust_max,
-        config.torque_max,
-        config.k5,
-        config.gamma3,
+         .kind = GYRFALCON_SATURATED, \\\n\
+         {lines}    }}\n",
     )
 }

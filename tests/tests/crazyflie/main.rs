@@ -99,7 +99,8 @@ fn recovers_from_23_degrees_of_roll_with_the_bits_of_rust() {
     assert!(drift < 1.5, "drifts by {drift} m");
     assert!(worst < 6.0, "tilts by {worst} degrees after a second");
     assert!(error < 0.03, "hovers {error} m off");
-    assert!(saturated > 30, "torque was saturated in {saturated} ticks only");
+    // The box is twice as large about x and y as one number for all axes would let it be.
+    assert!(saturated > 5, "torque was saturated in {saturated} ticks only");
     assert!(!through_c.outputs.iter().any(|output| output.status.intersects(StepStatus::FAULT)));
     // The box of the gains lies inside what the motors give.
     assert_eq!(motors.limited, 0, "ticks in which a motor was at its limit");
@@ -135,7 +136,8 @@ fn other_gains_give_other_bits() {
     let mut changed = scenario.controller;
     changed.cascade_mut().k3 *= 1.000_001;
     let (in_rust, _) = fly(Twin::new(&changed), &scenario);
-    assert_ne!(through_c.truth, in_rust.truth);
+    // The motors' steps may hide so small a difference from the vehicle.
+    assert_ne!(through_c.outputs, in_rust.outputs);
 }
 
 #[test]

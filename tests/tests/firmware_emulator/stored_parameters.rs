@@ -19,7 +19,10 @@ use crate::serial_link::Vehicle;
 const SECTOR: usize = 16 * 1024;
 const HERE: VehicleState = VehicleState::at_rest(Vec3::new(1.0, 2.0, 3.0));
 /// Parameters written to the vehicle, and the scenario with the same values for SIL.
-const CHANGES: [(&str, f32); 3] = [("k4", 3.7), ("cascade.k1", 0.43), ("initial.mass", 0.8)];
+const CHANGES: [(&str, f32); 3] = [("k4.x", 3.7), ("cascade.k1", 0.43), ("initial.mass", 0.8)];
+
+/// The same as changes of the scenario's controller.
+const IN_A_SCENARIO: [&str; 3] = ["k4=[3.7, 4, 4]", "cascade.k1=0.43", "initial.mass=0.8"];
 
 /// A file that no other test uses, absent.
 fn memory(name: &str) -> PathBuf {
@@ -86,9 +89,7 @@ fn parameters_that_were_kept_are_flown_with_after_a_restart_as_in_sil() {
     assert_eq!(said, in_force(ParameterOrigin::Stored, 1));
     assert_eq!(parameters(&mut vehicle), changed);
     let mut changes = vec!["duration=0.5".to_owned()];
-    for (name, value) in CHANGES {
-        changes.push(format!("controller.saturated.{name}={value}"));
-    }
+    changes.extend(IN_A_SCENARIO.map(|change| format!("controller.saturated.{change}")));
     let loaded = LoadedScenario::open("paper-saturated", &changes).unwrap();
     let session: &mut VehicleSession = &mut vehicle.0;
     ready(session, loaded.scenario()).unwrap();
@@ -114,7 +115,7 @@ fn parameters_that_were_forgotten_stay_so_and_the_built_in_ones_are_in_force_at_
 fn a_damaged_memory_leads_to_the_set_before_or_the_built_in_one_and_is_told() {
     let (memory, changed) = with_changes("damaged");
     let (mut vehicle, _) = boot(&memory);
-    write(&mut vehicle, "k4", 3.9);
+    write(&mut vehicle, "k4.x", 3.9);
     vehicle.ask(Uplink::ParametersPersist, HERE).unwrap();
     let mut bytes = fs::read(&memory).unwrap();
     assert_eq!(bytes.len(), 2 * SECTOR);

@@ -57,9 +57,9 @@ def check_px4(log, trace):
     thrust = field(log, "vehicle_thrust_setpoint", "xyz")
     ratio = -trace.column("thrust") / thrust[:, 2]
     assert (thrust[:, :2] == 0).all() and np.ptp(ratio) < 1e-5 * ratio[0], "normalised thrust"
-    torque_max = log.initial_parameters.get("torque_max")  # controller 2
-    if torque_max is not None:
-        wanted = vector("torque") @ FRD / torque_max
+    limits = [log.initial_parameters.get(f"torque_max.{axis}") for axis in "xyz"]  # controller 2
+    if None not in limits:
+        wanted = vector("torque") / np.array(limits) @ FRD
         same("torque", field(log, "vehicle_torque_setpoint", "xyz"), wanted, ROUNDING)
     check_status(log, trace)
     return float(ratio.mean())

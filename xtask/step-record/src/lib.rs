@@ -11,7 +11,7 @@ pub mod filter;
 
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::reference::Reference;
-use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VehicleState};
+use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VectorInterval, VehicleState};
 use glam::{Quat, Vec3};
 
 /// A value that is a fixed sequence of 32-bit words.
@@ -59,12 +59,12 @@ fn quaternion(x: &mut Quat, word: &mut impl FnMut(&mut u32)) {
 
 fn uncertainty(x: &mut Uncertainty, word: &mut impl FnMut(&mut u32)) {
     let Uncertainty { mass, inertia, disturbance_acceleration, disturbance_torque } = x;
-    for Interval { lower, upper } in [mass, inertia] {
-        number(lower, word);
-        number(upper, word);
-    }
+    number(&mut mass.lower, word);
+    number(&mut mass.upper, word);
+    vector(&mut inertia.lower, word);
+    vector(&mut inertia.upper, word);
     number(disturbance_acceleration, word);
-    number(disturbance_torque, word);
+    vector(disturbance_torque, word);
 }
 
 fn initial(x: &mut InitialEstimate, word: &mut impl FnMut(&mut u32)) {
@@ -85,8 +85,10 @@ fn cascade(x: &mut CascadeGains, word: &mut impl FnMut(&mut u32)) {
         delta_min_translation,
         delta_min_rotation,
     } = x;
-    for gain in [k1, k2, k3, c, m1, m2, gamma1, delta_1, delta_min_translation, delta_min_rotation]
-    {
+    number(k1, word);
+    number(k2, word);
+    vector(k3, word);
+    for gain in [c, m1, m2, gamma1, delta_1, delta_min_translation, delta_min_rotation] {
         number(gain, word);
     }
 }
@@ -98,18 +100,17 @@ fn integral(x: &mut IntegralAction, word: &mut impl FnMut(&mut u32)) {
     }
 }
 
-const ZERO_INTERVAL: Interval = Interval { lower: 0.0, upper: 0.0 };
 const ZERO_UNCERTAINTY: Uncertainty = Uncertainty {
-    mass: ZERO_INTERVAL,
-    inertia: ZERO_INTERVAL,
+    mass: Interval { lower: 0.0, upper: 0.0 },
+    inertia: VectorInterval::splat(0.0, 0.0),
     disturbance_acceleration: 0.0,
-    disturbance_torque: 0.0,
+    disturbance_torque: Vec3::ZERO,
 };
 const ZERO_INITIAL: InitialEstimate = InitialEstimate { mass: 0.0, inertia: Vec3::ZERO };
 const ZERO_CASCADE: CascadeGains = CascadeGains {
     k1: 0.0,
     k2: 0.0,
-    k3: 0.0,
+    k3: Vec3::ZERO,
     c: 0.0,
     m1: 0.0,
     m2: 0.0,
@@ -127,8 +128,8 @@ impl Record for RobustAdaptiveConfig {
             uncertainty: ZERO_UNCERTAINTY,
             initial: ZERO_INITIAL,
             cascade: ZERO_CASCADE,
-            k4: 0.0,
-            gamma2: 0.0,
+            k4: Vec3::ZERO,
+            gamma2: Vec3::ZERO,
             integral: IntegralAction::OFF,
         }
     }
@@ -139,9 +140,8 @@ impl Record for RobustAdaptiveConfig {
         uncertainty(&mut self.uncertainty, word);
         initial(&mut self.initial, word);
         cascade(&mut self.cascade, word);
-        for gain in [&mut self.k4, &mut self.gamma2] {
-            number(gain, word);
-        }
+        vector(&mut self.k4, word);
+        vector(&mut self.gamma2, word);
         integral(&mut self.integral, word);
     }
 }
@@ -155,10 +155,10 @@ impl Record for SaturatedConfig {
             initial: ZERO_INITIAL,
             cascade: ZERO_CASCADE,
             thrust_max: 0.0,
-            torque_max: 0.0,
-            k4: 0.0,
+            torque_max: Vec3::ZERO,
+            k4: Vec3::ZERO,
             k5: 0.0,
-            gamma2: 0.0,
+            gamma2: Vec3::ZERO,
             gamma3: 0.0,
             integral: IntegralAction::OFF,
         }
@@ -171,9 +171,12 @@ impl Record for SaturatedConfig {
         initial(&mut self.initial, word);
         cascade(&mut self.cascade, word);
         let Self { thrust_max, torque_max, k4, k5, gamma2, gamma3, .. } = self;
-        for gain in [thrust_max, torque_max, k4, k5, gamma2, gamma3] {
-            number(gain, word);
-        }
+        number(thrust_max, word);
+        vector(torque_max, word);
+        vector(k4, word);
+        number(k5, word);
+        vector(gamma2, word);
+        number(gamma3, word);
         integral(&mut self.integral, word);
     }
 }

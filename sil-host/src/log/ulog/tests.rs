@@ -3,7 +3,7 @@
 use std::io;
 
 use ctrl_core::vehicle::WrenchBounds;
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Vec3};
 
 use super::*;
 use crate::log::moment::LoggedStatus;
@@ -14,7 +14,8 @@ use sim::guarantee::lyapunov::Evaluator;
 use sim::guarantee::test_flight::{VEHICLE, both, sample};
 use sim::tick::Tick;
 
-const BOUNDS: WrenchBounds = WrenchBounds { thrust_min: 1.0, thrust_max: 12.0, torque_max: 0.05 };
+const BOUNDS: WrenchBounds =
+    WrenchBounds { thrust_min: 1.0, thrust_max: 12.0, torque_max: Vec3::new(0.05, 0.05, 0.02) };
 
 fn description() -> Description {
     Description {
@@ -165,7 +166,8 @@ fn a_note_is_level_time_and_text() {
 
 #[test]
 fn without_a_bound_there_is_no_torque_setpoint() {
-    let names = |torque_max| {
+    let names = |torque_max: f32| {
+        let torque_max = Vec3::splat(torque_max);
         let bounds = WrenchBounds { torque_max, ..BOUNDS };
         px4::topics(&bounds).map(|topic| topic.name).collect::<Vec<_>>()
     };

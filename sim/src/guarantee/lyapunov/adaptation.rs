@@ -19,9 +19,9 @@ pub(super) struct Resolved {
 impl Resolved {
     /// The estimate at this tick: moved by `increment` since the last one, then projected on `set`,
     /// then clamped to `reported`.
-    pub fn advance(&mut self, increment: DVec3, set: (f64, f64), reported: DVec3) -> DVec3 {
+    pub fn advance(&mut self, increment: DVec3, set: (DVec3, DVec3), reported: DVec3) -> DVec3 {
         let predicted = self.value.unwrap_or(reported) + increment;
-        let projected = predicted.clamp(DVec3::splat(set.0), DVec3::splat(set.1));
+        let projected = predicted.clamp(set.0, set.1);
         let rounding = REPORTED * reported.abs();
         let value = projected.clamp(reported - rounding, reported + rounding);
         self.value = Some(value);
@@ -36,7 +36,7 @@ mod tests {
     #[test]
     fn digits_below_the_report_are_kept_and_the_report_wins() {
         let mut resolved = Resolved::default();
-        let set = (0.0, 100.0);
+        let set = (DVec3::ZERO, DVec3::splat(100.0));
         let step = DVec3::splat(1e-9);
         resolved.advance(DVec3::ZERO, set, DVec3::splat(20.0));
         let mut value = DVec3::ZERO;

@@ -4,7 +4,7 @@
 //! V[k+1] - V[k] <= dt (-W + rho_d + rho_v) + A
 //! rho_d = c G . (d1 - D1 h(G, delta_t)) + w_e . (d2 - D2 h(w_e, delta_r))    controller 1
 //! rho_d = c G . (d1 - D1 h(G, delta_t)) + w_e . (d2/J - D2/J_lo h(w_e, delta_r))        2
-//!      <= 0.3003 (3 c D1 delta_t + 3 D2 delta_r / J')            while |d1| <= D1, |d2| <= D2
+//!      <= 0.3003 (3 c D1 delta_t + sum(D2/J') delta_r)           while |d1| <= D1, |d2| <= D2
 //! rho_v = eps_e . R_e^T (w_d,used - w_d,true) - w_e . J'' (mu'_true - mu'_used)
 //! ```
 //! with `J' = 1`, `J'' = J` for controller 1 and `J' = J_lo`, `J'' = I` for controller 2; `_true` are
@@ -14,8 +14,10 @@
 //! terms only, and so shrinks with `dt^2`; `A_r` bounds the rounding of the `f32` controller.
 //! Derivation: `docs/guarantees.md`.
 
+use glam::DVec3;
+
 use super::attitude::turn;
-use super::function::{Evaluated, over, products};
+use super::function::{Evaluated, over, over_each, products};
 use super::parameters::Parameters;
 use super::rounding::rounding;
 use super::translation::smooth_sign;
@@ -102,19 +104,20 @@ fn disturbance(p: &Parameters, ticks: &Block, now: &Evaluated) -> Scalars {
         .map(Vectors::all);
     let sign = smooth_sign(w_e, now.delta.1.value);
     let torque = match p.saturated {
-        None => d2 - sign * p.d2,
+        None => d2 - sign * Vectors::all(p.d2),
         Some(saturated) => {
-            Vectors::all(saturated.inverse_inertia) * d2 - sign * (p.d2 / p.inertia_set.0)
+            Vectors::all(saturated.inverse_inertia) * d2
+                - sign * Vectors::all(p.d2 / p.inertia_set.0)
         }
     };
     all(p.c) * g.dot(d1 - d_c - now.translation.sign * p.d1) + w_e.dot(torque - t_c)
 }
 
-/// `3 c D1 delta_t + 3 D2 delta_r / J'` with the exact constant.
+/// `3 c D1 delta_t + sum(D2/J') delta_r` over the axes, with the exact constant.
 fn smoothing(p: &Parameters, now: &Evaluated) -> Scalars {
-    let inverse_inertia = if p.saturated.is_some() { 1.0 / p.inertia_set.0 } else { 1.0 };
-    all(3.0 * SMOOTHING)
-        * (all(p.c * p.d1) * now.delta.0.value + all(p.d2 * inverse_inertia) * now.delta.1.value)
+    let inverse_inertia = if p.saturated.is_some() { p.inertia_set.0.recip() } else { DVec3::ONE };
+    let d2 = (p.d2 * inverse_inertia).element_sum();
+    all(SMOOTHING) * (all(3.0 * p.c * p.d1) * now.delta.0.value + all(d2) * now.delta.1.value)
 }
 
 /// Effect of a parameter error whose adaptation is switched off.
@@ -125,12 +128,13 @@ fn unadapted(p: &Parameters, ticks: &Block, now: &Evaluated) -> Scalars {
         let force = now.body_z * now.lengths.alpha;
         left += all(p.c) * now.inverse_mass_error * now.translation.g.dot(force);
     }
-    if p.gamma2 == 0.0 {
+    let off = DVec3::select(p.gamma2.cmpeq(DVec3::ZERO), DVec3::ONE, DVec3::ZERO);
+    if off != DVec3::ZERO {
         let regressor = match p.saturated {
             None => -(w.cross(w * now.inertia_error) + ticks.law.mu_dot * now.inertia_error),
             Some(_) => now.inertia_error * ticks.law.torque,
         };
-        left += now.rate_error.dot(regressor);
+        left += now.rate_error.dot(Vectors::all(off) * regressor);
     }
     if let Some(saturated) = p.saturated.filter(|saturated| saturated.gamma3 == 0.0) {
         let error = Vectors::all(saturated.gyroscopic_ratio) - ticks.law.gyroscopic_ratio;
@@ -219,8 +223,9 @@ impl Motion {
         let gyroscopic = all(p.dt) * self.gyroscopic_change.norm();
         let auxiliary = if p.saturated.is_some() {
             let law = &ticks.law;
-            let rate = law.torque_excess * law.inverse_inertia - law.auxiliary_rate * p.k4;
-            all(p.k4 * p.dt * p.dt) * rate.norm()
+            let rate =
+                law.torque_excess * law.inverse_inertia - law.auxiliary_rate * Vectors::all(p.k4);
+            all(p.k4.max_element() * p.dt * p.dt) * rate.norm()
         } else {
             all(0.0)
         };
@@ -240,7 +245,7 @@ fn auxiliary_turn(from: &Block, to: &Block) -> Scalars {
 fn adaptation_hold(p: &Parameters, now: &Evaluated) -> Scalars {
     let increments = &now.increments;
     all(p.c) * over(increments.inverse_mass * increments.inverse_mass, p.gamma1)
-        + over(increments.inertia.length_squared(), p.gamma2)
+        + over_each(increments.inertia, p.gamma2)
         + p.saturated.map_or(all(0.0), |saturated| {
             over(increments.gyroscopic_ratio.length_squared(), saturated.gamma3)
         })

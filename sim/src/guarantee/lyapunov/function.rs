@@ -156,8 +156,8 @@ impl Evaluator {
         let error = v.attitude.error;
         v.lengths = Lengths::new(block, &v.translation, estimated.thrust, error, v.rate_error);
         v.decrease = all(p.c) * v.translation.decrease
-            + all(p.k3) * error.xyz().length_squared()
-            + all(p.k4) * v.rate_error.length_squared();
+            + weighed(p.k3, error.xyz())
+            + weighed(p.k4, v.rate_error);
         v.gyroscopic = p.gyroscopic(block.rate);
         v.inverse_mass = estimated.inverse_mass;
         v.inverse_mass_error = all(p.inverse_mass) - estimated.inverse_mass;
@@ -176,11 +176,14 @@ impl Evaluator {
     fn estimates(&mut self, block: &Block, v: &mut Evaluated) -> Estimated {
         let (p, law) = (self.parameters, &block.law);
         let (reported, set) = if p.saturated.is_some() {
-            (law.inverse_inertia, (1.0 / p.inertia_set.1, 1.0 / p.inertia_set.0))
+            (law.inverse_inertia, (p.inertia_set.1.recip(), p.inertia_set.0.recip()))
         } else {
             (law.inertia, p.inertia_set)
         };
         let along = v.translation.g.dot(v.body_z).to_array();
+        let (lightest, heaviest) = p.inverse_mass_set;
+        let masses = (DVec3::splat(lightest), DVec3::splat(heaviest));
+        let ratios = (DVec3::NEG_ONE, DVec3::ONE);
         let mut estimated = Estimated::default();
         for (lane, along) in along.into_iter().enumerate().take(block.count()) {
             let before = self.increments;
@@ -193,10 +196,10 @@ impl Evaluator {
             }
             let reported_mass = DVec3::splat(law.inverse_mass.as_array()[lane]);
             let moved = DVec3::splat(before.inverse_mass);
-            let beta = self.inverse_mass.advance(moved, p.inverse_mass_set, reported_mass).x;
+            let beta = self.inverse_mass.advance(moved, masses, reported_mass).x;
             let inertia = self.inertia.advance(before.inertia, set, reported.lane(lane));
             let ratio = law.gyroscopic_ratio.lane(lane);
-            let ratio = self.gyroscopic_ratio.advance(before.gyroscopic_ratio, (-1.0, 1.0), ratio);
+            let ratio = self.gyroscopic_ratio.advance(before.gyroscopic_ratio, ratios, ratio);
             let alpha = acceleration / beta; // (13)
             let thrust = alpha.norm();
             let moved = p.dt * p.gamma1 * thrust * along; // (14)
@@ -273,10 +276,20 @@ pub(super) fn over(square: Scalars, gamma: f64) -> Scalars {
     if gamma > 0.0 { all(0.5) * square / all(gamma) } else { all(0.0) }
 }
 
+/// `1/2 x^T diag(gamma)^-1 x`, without the axes where `gamma` is zero.
+pub(super) fn over_each(x: Vectors, gamma: DVec3) -> Scalars {
+    over(x.x * x.x, gamma.x) + over(x.y * x.y, gamma.y) + over(x.z * x.z, gamma.z)
+}
+
+/// `x^T diag(weight) x`.
+fn weighed(weight: DVec3, x: Vectors) -> Scalars {
+    x.dot(Vectors::all(weight) * x)
+}
+
 /// The part of V due to the estimates.
 fn parameter_part(p: &Parameters, evaluated: &Evaluated, ratio: Vectors) -> Scalars {
     let mass = over(evaluated.inverse_mass_error * evaluated.inverse_mass_error, p.gamma1);
-    let inertia = over(evaluated.inertia_error.length_squared(), p.gamma2);
+    let inertia = over_each(evaluated.inertia_error, p.gamma2);
     let ratio = p.saturated.map_or(all(0.0), |saturated| {
         let error = Vectors::all(saturated.gyroscopic_ratio) - ratio;
         over(error.length_squared(), saturated.gamma3)
@@ -293,15 +306,15 @@ fn parameter_part(p: &Parameters, evaluated: &Evaluated, ratio: Vectors) -> Scal
 /// that of `beta` (14) needs the thrust.
 fn increments(p: &Parameters, block: &Block, g: Vectors, w_e: Vectors) -> Increments {
     let w = block.rate;
+    let gamma2 = Vectors::all(p.dt * p.gamma2);
     let (inertia, gyroscopic_ratio) = match p.saturated {
         None => {
             // Y^T w_e = -w * (w x w_e) + mu' * w_e, element-wise.
-            ((block.law.mu_dot * w_e - w * w.cross(w_e)) * (-p.dt * p.gamma2), Vectors::default())
+            (-((block.law.mu_dot * w_e - w * w.cross(w_e)) * gamma2), Vectors::default())
         }
-        Some(saturated) => (
-            block.law.torque * (p.dt * p.gamma2) * w_e,
-            products(w) * (p.dt * saturated.gamma3) * w_e,
-        ),
+        Some(saturated) => {
+            (block.law.torque * gamma2 * w_e, products(w) * (p.dt * saturated.gamma3) * w_e)
+        }
     };
     let lasting = p.integral.map_or(Default::default(), |integral| {
         let horizontal = Vectors { z: all(0.0), ..g };

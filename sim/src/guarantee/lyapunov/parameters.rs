@@ -1,6 +1,6 @@
 //! Gains and bounds of a law in `f64`, and the true parameters of the vehicle.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::lanes::{LANES, Scalars, all, lanes};
 use crate::plant::PlantParameters;
@@ -13,15 +13,15 @@ pub(super) struct Parameters {
     pub dt: f64,
     pub k1: f64,
     pub k2: f64,
-    pub k3: f64,
-    pub k4: f64,
+    pub k3: DVec3,
+    pub k4: DVec3,
     pub c: f64,
     pub m1: f64,
     pub m2: f64,
     pub d1: f64,
-    pub d2: f64,
+    pub d2: DVec3,
     pub gamma1: f64,
-    pub gamma2: f64,
+    pub gamma2: DVec3,
     pub delta_1: f64,
     pub delta_min_translation: f64,
     pub delta_min_rotation: f64,
@@ -33,8 +33,8 @@ pub(super) struct Parameters {
     pub inertia: DVec3,
     /// Constants of controller 2 alone.
     pub saturated: Option<SaturatedParameters>,
-    /// `[J_lo, J_hi]`.
-    pub inertia_set: (f64, f64),
+    /// `[J_lo, J_hi]` about each axis.
+    pub inertia_set: (DVec3, DVec3),
     /// Constants of the integral action; none without it.
     pub integral: Option<IntegralParameters>,
 }
@@ -45,7 +45,7 @@ pub(super) struct IntegralParameters {
     pub gamma_d: f64,
     pub gamma_t: f64,
     /// Bounds of the components of `d_hat`, and of `t_hat` or `s_hat`.
-    pub bounds: (f64, f64),
+    pub bounds: (DVec3, DVec3),
     /// `d_c` (m/s^2).
     pub acceleration: DVec3,
     /// `t_c` (N m), controller 1, or `s_c = t_c/J` (rad/s^2), controller 2.
@@ -74,15 +74,15 @@ impl Parameters {
             dt: law.step_period().into(),
             k1: cascade.k1.into(),
             k2: cascade.k2.into(),
-            k3: cascade.k3.into(),
-            k4: k4.into(),
+            k3: cascade.k3.as_dvec3(),
+            k4: k4.as_dvec3(),
             c: cascade.c.into(),
             m1: cascade.m1.into(),
             m2: cascade.m2.into(),
             d1: uncertainty.disturbance_acceleration.into(),
-            d2: uncertainty.disturbance_torque.into(),
+            d2: uncertainty.disturbance_torque.as_dvec3(),
             gamma1: cascade.gamma1.into(),
-            gamma2: gamma2.into(),
+            gamma2: gamma2.as_dvec3(),
             delta_1: cascade.delta_1.into(),
             delta_min_translation: cascade.delta_min_translation.into(),
             delta_min_rotation: cascade.delta_min_rotation.into(),
@@ -90,7 +90,10 @@ impl Parameters {
             inverse_mass: 1.0 / truth.mass,
             inertia: truth.inertia,
             saturated: SaturatedParameters::new(law, truth.inertia),
-            inertia_set: (uncertainty.inertia.lower.into(), uncertainty.inertia.upper.into()),
+            inertia_set: (
+                uncertainty.inertia.lower.as_dvec3(),
+                uncertainty.inertia.upper.as_dvec3(),
+            ),
             integral: IntegralParameters::new(law, truth),
         }
     }
@@ -131,16 +134,17 @@ impl Widths {
 impl IntegralParameters {
     fn new(law: &ControllerConfig, truth: &PlantParameters) -> Option<Self> {
         let integral = law.integral();
-        let (torque_max, divisor, inertia) = match law {
-            ControllerConfig::RobustAdaptive(_) => (integral.torque_max, 1.0, DVec3::ONE),
-            ControllerConfig::Saturated(_) => {
-                (integral.torque_max, law.uncertainty().inertia.lower, truth.inertia)
-            }
+        let (divisor, inertia) = match law {
+            ControllerConfig::RobustAdaptive(_) => (Vec3::ONE, DVec3::ONE),
+            ControllerConfig::Saturated(_) => (law.uncertainty().inertia.lower, truth.inertia),
         };
         (*integral != IntegralAction::OFF).then(|| Self {
             gamma_d: integral.gamma_d.into(),
             gamma_t: integral.gamma_t.into(),
-            bounds: (integral.acceleration_max.into(), (torque_max / divisor).into()),
+            bounds: (
+                DVec3::splat(integral.acceleration_max.into()),
+                (integral.torque_max / divisor).as_dvec3(),
+            ),
             acceleration: truth.lasting.acceleration_world,
             torque: truth.lasting.torque_body / inertia,
         })

@@ -76,7 +76,7 @@ fn virtual_rate(
     let coupling = all(2.0 * p.c) * now.lengths.alpha * now.inverse_mass;
     let desired_rate = block.law.desired_rate.norm();
     all(16.0 * ULP) * now.lengths.virtual_rate
-        + turn * (all(p.k3) + desired_rate + coupling * now.lengths.g)
+        + turn * (all(p.k3.max_element()) + desired_rate + coupling * now.lengths.g)
         + coupling * g
 }
 
@@ -84,12 +84,12 @@ fn virtual_rate(
 fn rate_dot(p: &Parameters, block: &Block, now: &Evaluated, turn: Scalars) -> Scalars {
     let torque = block.law.torque_demand;
     let (demand, d2) = match p.saturated {
-        None => (torque, p.d2),
-        Some(_) => (torque * block.law.inverse_inertia, p.d2 / p.inertia_set.0),
+        None => (torque, p.d2.max_element()),
+        Some(_) => (torque * block.law.inverse_inertia, (p.d2 / p.inertia_set.0).max_element()),
     };
     let rate = all(4.0 * ULP) * (now.lengths.rate + now.lengths.virtual_rate);
     all(16.0 * ULP) * demand.norm()
         + turn
-        + rate * (all(p.k4) + all(d2) / now.delta.1.value)
+        + rate * (all(p.k4.max_element()) + all(d2) / now.delta.1.value)
         + all(d2) * now.delta.1.sign_error
 }

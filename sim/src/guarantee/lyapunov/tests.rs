@@ -5,7 +5,9 @@ use ctrl_core::controller::StepStatus;
 use glam::{DVec3, Vec3};
 
 use super::*;
-use crate::guarantee::test_flight::{VEHICLE, both, fly_either, robust_adaptive, saturated};
+use crate::guarantee::test_flight::{
+    VEHICLE, both, fly_either, robust_adaptive, saturated, unlike,
+};
 use crate::guarantee::{GuaranteeConfig, Guarantees, Verdict};
 use crate::observer::Observer;
 use crate::plant::Disturbance;
@@ -28,7 +30,17 @@ const LYAPUNOV: [&str; 6] =
 
 /// The monitor's rows after a flight that is tampered with.
 fn rows(config: &ControllerConfig, seconds: f64, tamper: impl FnMut(&mut Tick)) -> Vec<Verdict> {
-    let mut monitors = Guarantees::new(&CONFIG, config, &VEHICLE, &ActuationConfig::default());
+    rows_believing(config, config, seconds, tamper)
+}
+
+/// The rows of monitors that take the law that flies for `believed`.
+fn rows_believing(
+    believed: &ControllerConfig,
+    config: &ControllerConfig,
+    seconds: f64,
+    tamper: impl FnMut(&mut Tick),
+) -> Vec<Verdict> {
+    let mut monitors = Guarantees::new(&CONFIG, believed, &VEHICLE, &ActuationConfig::default());
     fly_either(config, seconds, tamper, |tick| monitors.observe(tick));
     let mut rows = monitors.verdicts();
     rows.retain(|row| {
@@ -51,6 +63,22 @@ fn v_obeys_its_balance_under_both_laws() {
             let [start, end] = ["V at the start", "V at the end"].map(|name| row(&rows, name));
             assert!(end.observed < start.observed);
             assert!(row(&rows, "increase of V over a window").observed.unwrap() < 0.0);
+        }
+    }
+}
+
+#[test]
+fn v_obeys_its_balance_with_unlike_axes_and_not_that_of_other_gains_of_one_axis() {
+    for config in both(0.001).map(unlike) {
+        let rows = rows(&config, 12.0, |_| {});
+        assert!(rows.iter().all(|row| row.pass), "{rows:#?}");
+        assert_eq!(row(&rows, "ticks").observed, Some(0.0));
+        for axis in 0..3 {
+            let mut believed = config;
+            // The heading starts right: little of W is its.
+            believed.cascade_mut().k3[axis] *= [2.0, 2.0, 8.0][axis];
+            let rows = rows_believing(&believed, &config, 3.0, |_| {});
+            assert!(!row(&rows, "Lyapunov balance residual").pass, "k3 of axis {axis}: {rows:#?}");
         }
     }
 }
@@ -79,7 +107,10 @@ fn a_law_with_the_wrong_sign_of_its_rate_feedback_breaks_the_balance() {
 fn an_adaptation_that_runs_backwards_breaks_the_balance() {
     let [first, _] = both(0.001);
     // The shipped gain moves theta_hat by less than its report can show.
-    let second = ControllerConfig::Saturated(SaturatedConfig { gamma2: 10.0, ..saturated(0.001) });
+    let second = ControllerConfig::Saturated(SaturatedConfig {
+        gamma2: Vec3::splat(10.0),
+        ..saturated(0.001)
+    });
     assert!(rows(&second, 3.0, |_| {}).iter().all(|row| row.pass));
     excess(&first, |tick| {
         tick.estimates.inertia = Vec3::splat(0.12) - tick.estimates.inertia;

@@ -24,7 +24,8 @@ pub struct ActuationConfig {
     /// Most thrust that the rotors can give; commands are clipped to `[0, thrust_max]` (N).
     pub thrust_max: Option<f64>,
     /// Most torque that they can give about each body axis, either way round (N m).
-    pub torque_max: Option<f64>,
+    #[serde(default, with = "crate::per_axis::optional")]
+    pub torque_max: Option<DVec3>,
     /// Delay of a command, rounded to the nearest whole number of plant steps; at most [`DELAY_MAX`](Self::DELAY_MAX) (s).
     pub delay: Option<f64>,
     /// Time constant with which thrust and torque follow the command;

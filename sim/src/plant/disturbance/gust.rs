@@ -1,5 +1,6 @@
 //! Gusts: steps to a new random push that holds for a while.
 
+use glam::DVec3;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
@@ -14,8 +15,9 @@ pub struct Gust {
     pub hold: f64,
     /// Largest magnitude of each component (m/s^2).
     pub acceleration: f64,
-    /// Largest magnitude of each component (N m).
-    pub torque: f64,
+    /// Largest magnitude about each body axis (N m).
+    #[serde(with = "crate::per_axis")]
+    pub torque: DVec3,
 }
 
 /// Gusts in progress.

@@ -67,7 +67,7 @@ impl DisturbanceConfig {
 
     /// [`bounds`](Self::bounds) of what is left to `D1` and `D2` beside the part that `integral` estimates.
     #[must_use]
-    pub fn bounds_beside(&self, integral: &IntegralAction) -> (f64, f64) {
+    pub fn bounds_beside(&self, integral: &IntegralAction) -> (f64, DVec3) {
         let lasting = self.lasting(integral);
         let rest = self.constant.map(|constant| Constant {
             acceleration: constant.acceleration - lasting.acceleration_world,
@@ -76,9 +76,10 @@ impl DisturbanceConfig {
         Self { constant: rest, ..*self }.bounds()
     }
 
-    /// Bounds of each component of `d1` (m/s^2) and `d2` (N m), over all time and seeds.
+    /// Bound of each component of `d1` (m/s^2), and those of `d2` about each body axis (N m), over all time
+    /// and seeds.
     #[must_use]
-    pub fn bounds(&self) -> (f64, f64) {
+    pub fn bounds(&self) -> (f64, DVec3) {
         let mut bound = Disturbance::default();
         let mut add = |acceleration: DVec3, torque: DVec3| {
             bound.acceleration_world += acceleration.abs();
@@ -88,19 +89,19 @@ impl DisturbanceConfig {
             add(constant.acceleration, constant.torque);
         }
         if let Some(noise) = self.noise {
-            add(DVec3::splat(noise.acceleration), DVec3::splat(noise.torque));
+            add(DVec3::splat(noise.acceleration), noise.torque);
         }
         if let Some(sinusoid) = self.sinusoid {
             add(sinusoid.acceleration, sinusoid.torque);
         }
         if let Some(gust) = self.gust {
-            add(DVec3::splat(gust.acceleration), DVec3::splat(gust.torque));
+            add(DVec3::splat(gust.acceleration), gust.torque);
         }
         if self.dryden.is_some() {
             // Normal turbulence has no bound.
             add(DVec3::INFINITY, DVec3::ZERO);
         }
-        (bound.acceleration_world.max_element(), bound.torque_body.max_element())
+        (bound.acceleration_world.max_element(), bound.torque_body)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Uniform noise, drawn anew at every tick: the paper's disturbance.
 
+use glam::DVec3;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
@@ -12,8 +13,9 @@ use crate::plant::Disturbance;
 pub struct Noise {
     /// Largest magnitude of each component (m/s^2).
     pub acceleration: f64,
-    /// Largest magnitude of each component (N m).
-    pub torque: f64,
+    /// Largest magnitude about each body axis (N m).
+    #[serde(with = "crate::per_axis")]
+    pub torque: DVec3,
 }
 
 /// Noise in progress.

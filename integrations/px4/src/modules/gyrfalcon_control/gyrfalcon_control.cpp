@@ -17,15 +17,11 @@ struct Field {
 constexpr Field FIELDS[] = {
 	{"GYR_DT", &gyrfalcon_config::step_period, nullptr},
 	{"GYR_ACC_MAX", &gyrfalcon_config::reference_acceleration_max, nullptr},
-	{"GYR_K4", &gyrfalcon_config::k4, nullptr},
 	{"GYR_K5", &gyrfalcon_config::k5, nullptr},
-	{"GYR_GAMMA2", &gyrfalcon_config::gamma2, nullptr},
 	{"GYR_GAMMA3", &gyrfalcon_config::gamma3, nullptr},
 	{"GYR_F_MAX", &gyrfalcon_config::thrust_max, nullptr},
-	{"GYR_TAU_MAX", &gyrfalcon_config::torque_max, nullptr},
 	{"GYR_K1", nullptr, &gyrfalcon_cascade::k1},
 	{"GYR_K2", nullptr, &gyrfalcon_cascade::k2},
-	{"GYR_K3", nullptr, &gyrfalcon_cascade::k3},
 	{"GYR_C", nullptr, &gyrfalcon_cascade::c},
 	{"GYR_M1", nullptr, &gyrfalcon_cascade::M1},
 	{"GYR_M2", nullptr, &gyrfalcon_cascade::M2},
@@ -34,6 +30,9 @@ constexpr Field FIELDS[] = {
 	{"GYR_DELTA_T", nullptr, &gyrfalcon_cascade::delta_min_translation},
 	{"GYR_DELTA_R", nullptr, &gyrfalcon_cascade::delta_min_rotation},
 };
+
+// Axes of the body, as the names of parameters end.
+constexpr const char *AXES[] = {"X", "Y", "Z"};
 
 // NaN if there is no such parameter, which no configuration accepts.
 float parameter(const char *name)
@@ -46,6 +45,20 @@ float parameter(const char *name)
 	}
 
 	return value;
+}
+
+// The parameters `name`_X, _Y and _Z.
+gyrfalcon_vector vector(const char *name)
+{
+	float values[3];
+
+	for (int axis = 0; axis < 3; axis++) {
+		char full[17]; // PX4's names have at most 16 characters
+		snprintf(full, sizeof full, "%s_%s", name, AXES[axis]);
+		values[axis] = parameter(full);
+	}
+
+	return {values[0], values[1], values[2]};
 }
 
 gyrfalcon_config configuration()
@@ -61,11 +74,15 @@ gyrfalcon_config configuration()
 	}
 
 	config.uncertainty.mass = {parameter("GYR_MASS_LO"), parameter("GYR_MASS_HI")};
-	config.uncertainty.inertia = {parameter("GYR_J_LO"), parameter("GYR_J_HI")};
+	config.uncertainty.inertia = {vector("GYR_J_LO"), vector("GYR_J_HI")};
 	config.uncertainty.disturbance_acceleration = parameter("GYR_D1");
-	config.uncertainty.disturbance_torque = parameter("GYR_D2");
+	config.uncertainty.disturbance_torque = vector("GYR_D2");
 	config.initial.mass = parameter("GYR_MASS");
-	config.initial.inertia = {parameter("GYR_J_X"), parameter("GYR_J_Y"), parameter("GYR_J_Z")};
+	config.initial.inertia = vector("GYR_J");
+	config.cascade.k3 = vector("GYR_K3");
+	config.k4 = vector("GYR_K4");
+	config.gamma2 = vector("GYR_GAMMA2");
+	config.torque_max = vector("GYR_TAU_MAX");
 	return config;
 }
 
