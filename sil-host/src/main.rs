@@ -60,7 +60,7 @@ fn execute() -> ExitCode {
 fn fly_failure(error: &FlyError) -> u8 {
     match error {
         FlyError::Output(..) => NOT_WRITTEN,
-        FlyError::Differs => VEHICLE_FAILED,
+        FlyError::Differs | FlyError::Image(_) => VEHICLE_FAILED,
         FlyError::Scenario(_) | FlyError::Refused(_) | FlyError::Port(_) | FlyError::Key(..) => {
             WRONG_USAGE
         }
