@@ -69,6 +69,8 @@ pub const NAMES: &[ParameterName] = &[
     name("CTL_INT_GAMMA_D", "integral.gamma_d"),
     name("CTL_INT_TRQ_MAX", "integral.torque_max"),
     name("CTL_INT_GAMMA_T", "integral.gamma_t"),
+    name("CTL_ROTOR_LAG", "rotors.lag"),
+    name("CTL_ROTOR_LEFT", "rotors.residual_lag"),
     name("MIS_TAKEOFF_ALT", "navigation.take_off_altitude"),
     name("RTL_RETURN_ALT", "navigation.return_altitude"),
     name("NAV_ACC_RAD", "navigation.acceptance_radius"),
