@@ -15,6 +15,7 @@ use ctrl_core::allocation::Allocator;
 use ctrl_core::controller::{AdaptiveController, ControllerConfig, TrackingController};
 use ctrl_core::filter::RateFilter;
 use ctrl_core::mode::Supervisor;
+use ctrl_core::mode::safety::Safety;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use document::{BuiltInMission, Document, Tuning};
@@ -128,6 +129,7 @@ fn vehicle(step_period: f32) -> VehicleConfig {
     assert_eq!(vehicle.geometry.rotors.len(), ROTORS, "vehicle.toml: rotors");
     Supervisor::new(&vehicle.supervisor).unwrap_or_else(|error| fault(&error));
     Allocator::new(&vehicle.geometry).unwrap_or_else(|error| fault(&error));
+    Safety::new(&vehicle.safety, step_period).unwrap_or_else(|error| fault(&error));
     RateFilter::new(&vehicle.rate_filter, step_period).unwrap_or_else(|error| fault(&error));
     vehicle
 }

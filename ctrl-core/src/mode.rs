@@ -9,6 +9,10 @@
 //!    +--- Disarm, from every mode but a Locked one with a fault ---- Locked <----+---- any fault
 //! ```
 //!
+//! A kill leads from every mode to Locked, and back only a Disarm once it is released. Hazards that
+//! [`safety`] watches for keep the vehicle from being armed, disarm it on the ground, and lead from Flying
+//! to Failsafe or Locked where the reaction is so strong.
+//!
 //! Only Flying passes the controller's wrench on; Failsafe gives the descent's constant thrust;
 //! every other mode gives [`SAFE`]. The way to either leads through an accepted Arm and Start.
 //! `Stop` and `Disarm` cut the thrust where the vehicle is: to come down, fly a trajectory that
@@ -21,6 +25,7 @@
 //! [`navigation`] chooses the references of a flight that is commanded while it lasts.
 
 pub mod navigation;
+pub mod safety;
 
 use core::fmt;
 
@@ -31,6 +36,7 @@ use serde::{Deserialize, Serialize};
 use crate::controller::StepStatus;
 use crate::error::{Bound, ConfigError, require};
 use crate::vehicle::Wrench;
+use safety::{Hazards, Reaction, SafetyReport};
 
 /// The wrench of stopped rotors.
 pub const SAFE: Wrench = Wrench { thrust: 0.0, torque_body: Vec3::ZERO };
@@ -65,6 +71,10 @@ pub enum Cause {
     Overruns,
     /// A fault was reported.
     Fault,
+    /// The kill switch.
+    Killed,
+    /// A hazard whose reaction is to descend or to cut.
+    Hazard,
 }
 
 /// Command of an operator or host.
@@ -79,6 +89,8 @@ pub enum Command {
     Start,
     /// Stop the rotors but stay armed.
     Stop,
+    /// Stop the rotors at once, from every mode, and stay locked until a Disarm.
+    Kill,
 }
 
 /// Reason for the refusal of a command.
@@ -98,11 +110,17 @@ pub enum Refusal {
     InFailsafe,
     /// Locked: Disarm first.
     Locked,
+    /// The kill switch is on.
+    Killed,
+    /// These hazards are present.
+    Hazard(Hazards),
 }
 
 impl fmt::Display for Refusal {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {
+            Self::Hazard(hazards) => return hazards.fmt(out),
+            Self::Killed => "the kill switch is on",
             Self::NotArmed => "not armed",
             Self::StateStale => "too few good state samples in a row",
             Self::Tilted => "tilted beyond the arming limit",
@@ -164,6 +182,10 @@ pub struct Conditions {
     pub fault: bool,
     /// The rotor outputs are off whatever the mode: the arming tilt does not matter.
     pub outputs_off: bool,
+    /// The kill switch is on.
+    pub kill: bool,
+    /// Hazards of this period; empty where none is watched for.
+    pub safety: SafetyReport,
 }
 
 /// Memory of the supervision; starts disarmed.
@@ -174,6 +196,8 @@ pub struct SupervisorState {
     cause: Option<Cause>,
     level: bool,
     fault: bool,
+    kill: bool,
+    hazards: Hazards,
     fresh: u16,
     missed: u16,
     faulted: u16,
@@ -215,6 +239,8 @@ impl SupervisorState {
         self.faulted = in_a_row(self.faulted, conditions.step.intersects(StepStatus::FAULT));
         self.overruns = in_a_row(self.overruns, conditions.overrun);
         self.fault = conditions.fault;
+        self.kill = conditions.kill;
+        self.hazards = conditions.safety.hazards;
         if let Some(attitude) = conditions.attitude {
             let cos_tilt = cos_tilt(attitude);
             let is_rotation = !cos_tilt.is_nan();
@@ -267,11 +293,21 @@ impl Supervisor {
     /// Takes note of one control period and makes the transitions that follow from it.
     pub fn step(&self, state: &mut SupervisorState, tick: u64, conditions: &Conditions) -> Mode {
         state.count(conditions, self.cos_tilt_max);
-        if state.fault {
-            state.enter(Mode::Locked, tick, Some(Cause::Fault));
+        if state.fault || state.kill {
+            let cause = if state.fault { Cause::Fault } else { Cause::Killed };
+            state.enter(Mode::Locked, tick, Some(cause));
             return state.mode;
         }
-        match (state.mode, self.trigger(state)) {
+        let reaction = conditions.safety.reaction;
+        let hazard = reaction >= Some(Reaction::Failsafe);
+        let cut = reaction >= Some(Reaction::Stop);
+        match (state.mode, self.trigger(state).or(hazard.then_some(Cause::Hazard))) {
+            (Mode::Armed, _) if !state.hazards.is_empty() => {
+                state.enter(Mode::Disarmed, tick, Some(Cause::Hazard));
+            }
+            (Mode::Flying | Mode::Failsafe, _) if cut => {
+                state.enter(Mode::Locked, tick, Some(Cause::Hazard));
+            }
             (Mode::Armed, Some(cause)) => state.enter(Mode::Disarmed, tick, Some(cause)),
             (Mode::Flying, Some(cause)) => {
                 let mode = match self.config.failsafe {
@@ -300,7 +336,9 @@ impl Supervisor {
     ) -> Result<Mode, Refusal> {
         use {Command as C, Mode as M};
         let next = match (state.mode, command) {
+            (_, C::Kill) => Ok(M::Locked),
             (M::Locked, C::Disarm) if state.fault => Err(Refusal::Fault),
+            (M::Locked, C::Disarm) if state.kill => Err(Refusal::Killed),
             (_, C::Disarm) => Ok(M::Disarmed),
             (M::Locked, _) => Err(Refusal::Locked),
             (M::Disarmed, C::Arm) | (M::Armed, C::Start) => {
@@ -315,7 +353,8 @@ impl Supervisor {
             (M::Armed | M::Flying, C::Stop) => Ok(M::Armed),
             (mode, C::Arm | C::Start | C::Stop) => Ok(mode),
         }?;
-        state.enter(next, tick, None);
+        let cause = (command == C::Kill).then_some(Cause::Killed);
+        state.enter(next, tick, cause);
         Ok(next)
     }
 
@@ -372,14 +411,21 @@ impl Supervisor {
     /// The reason why not.
     pub fn readiness(&self, state: &SupervisorState) -> Result<(), Refusal> {
         if state.mode == Mode::Locked {
-            return Err(if state.fault { Refusal::Fault } else { Refusal::Locked });
+            return Err(match state {
+                SupervisorState { fault: true, .. } => Refusal::Fault,
+                SupervisorState { kill: true, .. } => Refusal::Killed,
+                _ => Refusal::Locked,
+            });
         }
         self.ready(state)
     }
 
-    /// Refuses a start from the ground: as [`fresh`](Self::fresh), or tilted.
+    /// Refuses a start from the ground: as [`fresh`](Self::fresh), with hazards, or tilted.
     fn ready(&self, state: &SupervisorState) -> Result<(), Refusal> {
         self.fresh(state)?;
+        if !state.hazards.is_empty() {
+            return Err(Refusal::Hazard(state.hazards));
+        }
         if state.level { Ok(()) } else { Err(Refusal::Tilted) }
     }
 }

@@ -5,7 +5,7 @@ use ctrl_core::mode::{Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
 use link::Telemetry;
 
-use crate::flight_control::Inputs;
+use crate::flight_control::{Health, Inputs};
 use crate::state_sample::StateSample;
 
 /// State of the control group after its latest tick.
@@ -46,13 +46,17 @@ pub struct Inbox {
     /// The latest law, and whether the control group has to take it.
     law: AnyController,
     law_waits: bool,
+    /// Kill switch, lines and battery, until they are told anew.
+    kill: bool,
+    health: Health,
 }
 
 impl Inbox {
     /// The inbox before the first tick, whose law the control group has.
     #[must_use]
     pub fn new(prepared: PreparedInputs, law: &AnyController) -> Self {
-        Self { prepared, command: None, law: *law, law_waits: false }
+        let health = Health::default();
+        Self { prepared, command: None, law: *law, law_waits: false, kill: false, health }
     }
 
     /// Replaces the inputs; asks for the next command if none waits.
@@ -63,6 +67,11 @@ impl Inbox {
     ) {
         self.prepared = prepared;
         self.command = self.command.or_else(next_command);
+    }
+
+    /// Tells the kill switch, and the state of lines and battery.
+    pub fn put_health(&mut self, kill: bool, health: Health) {
+        (self.kill, self.health) = (kill, health);
     }
 
     /// Puts in a law that replaces the one before from the next start.
@@ -81,6 +90,8 @@ impl Inbox {
             overrun,
             fault: self.prepared.fault,
             outputs_off,
+            kill: self.kill,
+            health: self.health,
         }
     }
 

@@ -4,7 +4,8 @@
 //! copied to rotors and telemetry.
 
 use ctrl_core::allocation::{
-    Allocation, Limited, RotorGeometry, RotorThrusts, SizedAllocator, slabs,
+    Allocation, BatteryCompensation, BatteryConfig, Limited, RotorGeometry, RotorThrusts,
+    SizedAllocator, slabs,
 };
 use ctrl_core::controller::{
     AdaptiveController, AnyController, AnyControllerState, StepOutput, StepStatus,
@@ -12,6 +13,7 @@ use ctrl_core::controller::{
 };
 use ctrl_core::error::ConfigError;
 use ctrl_core::filter::{RateFilter, RateFilterConfig, RateFilterState};
+use ctrl_core::mode::safety::{Observations, Safety, SafetyConfig, SafetyReport, SafetyState};
 use ctrl_core::mode::{
     Cause, Command, Conditions, Mode, Refusal, SAFE, Supervisor, SupervisorConfig, SupervisorState,
 };
@@ -39,6 +41,21 @@ pub struct Inputs {
     pub fault: bool,
     /// The rotors stand still whatever the outputs are: lock step.
     pub outputs_off: bool,
+    /// The kill switch is on.
+    pub kill: bool,
+    /// What the watch for hazards is told beside the state.
+    pub health: Health,
+}
+
+/// State of the lines and of the battery.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Health {
+    /// Time since the latest message of a station (s).
+    pub link_silence: f32,
+    /// Time since the latest frame of the remote control (s).
+    pub rc_silence: f32,
+    /// Voltage of the battery (V), if it is measured.
+    pub voltage: Option<f32>,
 }
 
 /// Outputs of one control period.
@@ -60,6 +77,8 @@ pub struct Outputs {
     pub cause: Option<Cause>,
     /// Result of the command.
     pub answer: Option<Result<Mode, Refusal>>,
+    /// Hazards and the reaction to them; empty where none is watched for.
+    pub safety: SafetyReport,
     /// Ticks since the start of this flight; zero while the law does not run.
     pub flight_tick: u32,
 }
@@ -75,6 +94,12 @@ pub struct FlightControl {
     law_state: AnyControllerState,
     supervisor: Supervisor,
     supervisor_state: SupervisorState,
+    /// The watch for hazards, and how the tick before went for it; none watches for none.
+    safety: Option<Safety>,
+    safety_state: SafetyState,
+    safety_report: SafetyReport,
+    limited: bool,
+    battery: Option<BatteryCompensation>,
     allocator: SizedAllocator<{ slabs(ROTORS) }>,
     rate_filter: RateFilter,
     rate_filter_state: RateFilterState,
@@ -103,6 +128,11 @@ impl FlightControl {
             rate_filter,
             supervisor: Supervisor::new(supervisor)?,
             supervisor_state: SupervisorState::default(),
+            safety: None,
+            safety_state: SafetyState::default(),
+            safety_report: SafetyReport::default(),
+            limited: false,
+            battery: None,
             allocator: SizedAllocator::new(geometry)?,
             vehicle: None,
             status: StepStatus::empty(),
@@ -131,7 +161,37 @@ impl FlightControl {
         };
         self.status = step.status;
         self.tick = self.tick.wrapping_add(1);
-        self.outputs(step, mode, answer)
+        let supply = match (&mut self.battery, inputs.health.voltage) {
+            (Some(battery), Some(voltage)) => battery.measure(voltage),
+            (Some(battery), None) => battery.supply(),
+            (None, _) => 1.0,
+        };
+        let outputs = self.outputs(step, mode, answer, supply);
+        self.limited = !outputs.limited.is_empty();
+        outputs
+    }
+
+    /// Watches for hazards from the next tick on.
+    ///
+    /// # Errors
+    /// Names a number that is out of its range; nothing is then changed.
+    pub fn set_safety(&mut self, config: &SafetyConfig) -> Result<(), ConfigError> {
+        self.safety = Some(Safety::new(config, self.law.step_period())?);
+        Ok(())
+    }
+
+    /// Scales the rotors' limits by the measured voltage from the next tick on.
+    ///
+    /// # Errors
+    /// Names a number that is out of its range; nothing is then changed.
+    pub fn set_battery(&mut self, config: &BatteryConfig) -> Result<(), ConfigError> {
+        self.battery = Some(BatteryCompensation::new(config, self.law.step_period())?);
+        Ok(())
+    }
+
+    /// Allocates to other rotors from the next tick on: those that are left when one has failed.
+    pub fn replace_allocator(&mut self, allocator: &SizedAllocator<{ slabs(ROTORS) }>) {
+        self.allocator = allocator.clone();
     }
 
     /// Replaces the law from the next start; in flight it is ignored.
@@ -183,12 +243,25 @@ impl FlightControl {
             sample.rate_body = rate_body;
         }
         self.vehicle = sample.or(self.vehicle);
+        if let Some(safety) = &self.safety {
+            let mode = self.supervisor_state.mode();
+            let seen = Observations {
+                vehicle: sample,
+                link_silence: inputs.health.link_silence,
+                rc_silence: inputs.health.rc_silence,
+                voltage: inputs.health.voltage,
+                saturated: self.limited,
+            };
+            self.safety_report = safety.step(&mut self.safety_state, mode, &seen);
+        }
         let conditions = Conditions {
             attitude: sample.map(|vehicle| vehicle.attitude),
             step: self.status,
             overrun: inputs.overrun,
             fault: inputs.fault,
             outputs_off: inputs.outputs_off,
+            kill: inputs.kill,
+            safety: self.safety_report,
         };
         let (supervisor, state) = (&self.supervisor, &mut self.supervisor_state);
         supervisor.step(state, self.tick, &conditions);
@@ -215,18 +288,32 @@ impl FlightControl {
         step: StepOutput,
         mode: Mode,
         answer: Option<Result<Mode, Refusal>>,
+        supply: f32,
     ) -> Outputs {
         let wrench = self.supervisor.gate(&self.supervisor_state, step.wrench);
         let (thrusts, achieved, limited) = match mode {
             Mode::Flying | Mode::Failsafe => {
-                let Allocation { thrusts, achieved, limited } = self.allocator.allocate(&wrench);
+                let allocation = self.allocator.allocate_at(&wrench, supply);
+                let Allocation { thrusts, achieved, limited } = allocation;
                 (Some(thrusts), achieved, limited)
             }
             Mode::Disarmed | Mode::Armed | Mode::Locked => (None, SAFE, Limited::empty()),
         };
         let cause = self.supervisor_state.cause();
         let flight_tick = self.flight_tick;
-        Outputs { thrusts, wrench, achieved, step, limited, mode, cause, answer, flight_tick }
+        let safety = self.safety_report;
+        Outputs {
+            thrusts,
+            wrench,
+            achieved,
+            step,
+            limited,
+            mode,
+            cause,
+            answer,
+            safety,
+            flight_tick,
+        }
     }
 }
 

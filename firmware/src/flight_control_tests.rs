@@ -5,6 +5,8 @@ use ctrl_core::vehicle::Wrench;
 use glam::{Quat, Vec3};
 use link::ControllerKind;
 
+use ctrl_core::mode::safety::{AttitudeGuard, Hazards, Reaction, Silence};
+
 use super::*;
 use crate::scenario::{BUILT_IN_MISSION, Tuning};
 use crate::vehicle::VEHICLE;
@@ -35,6 +37,8 @@ fn inputs() -> Inputs {
         overrun: false,
         fault: false,
         outputs_off: false,
+        kill: false,
+        health: Health::default(),
     }
 }
 
@@ -212,4 +216,67 @@ fn disarming_ends_flight_and_failsafe_but_not_a_lock_by_a_fault() {
     flight.tick(&Inputs { fault: true, ..inputs() });
     flight.disarm();
     assert_eq!(flight.tick(&Inputs { fault: true, ..inputs() }).mode, Mode::Locked);
+}
+
+#[test]
+fn hazards_are_reported_refuse_to_arm_and_cut_where_they_must() {
+    let safety = SafetyConfig {
+        rc: Some(Silence { timeout: 0.5, reaction: Reaction::Return }),
+        attitude: Some(AttitudeGuard {
+            tilt: 1.0,
+            rate: 10.0,
+            time: 0.01,
+            reaction: Reaction::Stop,
+        }),
+        ..SafetyConfig::default()
+    };
+    let silent = Health { rc_silence: 0.6, ..Health::default() };
+    let mut ground = FlightControl::new(&law(), &supervisor(), &VEHICLE.geometry).unwrap();
+    ground.set_safety(&safety).unwrap();
+    for _ in 0..100 {
+        ground.tick(&Inputs { health: silent, ..inputs() });
+    }
+    let answer = ground.tick(&Inputs { health: silent, ..command(Command::Arm) }).answer;
+    assert_eq!(answer, Some(Err(Refusal::Hazard(Hazards::RC_LOST))));
+
+    let mut flight = flying();
+    flight.set_safety(&safety).unwrap();
+    let outputs = flight.tick(&Inputs { health: silent, ..inputs() });
+    assert_eq!(outputs.safety.raised, Hazards::RC_LOST);
+    assert_eq!((outputs.mode, outputs.safety.reaction), (Mode::Flying, Some(Reaction::Return)));
+    let mut sample = inputs().sample.unwrap();
+    sample.state.rate_body.x = 11.0;
+    let outputs: std::vec::Vec<_> =
+        (0..20).map(|_| flight.tick(&Inputs { sample: Some(sample), ..inputs() })).collect();
+    let last = outputs.last().unwrap();
+    assert_eq!((last.mode, last.cause), (Mode::Locked, Some(Cause::Hazard)));
+    assert_eq!((&last.thrusts, last.achieved), (&None, SAFE));
+}
+
+#[test]
+fn the_kill_switch_stops_the_rotors_in_the_same_tick() {
+    let mut flight = flying();
+    assert!(flight.tick(&inputs()).thrusts.is_some());
+    let outputs = flight.tick(&Inputs { kill: true, ..inputs() });
+    assert_eq!(
+        (outputs.thrusts, outputs.mode, outputs.cause),
+        (None, Mode::Locked, Some(Cause::Killed))
+    );
+}
+
+#[test]
+fn the_limits_of_the_rotors_follow_the_battery() {
+    let mut flight = flying();
+    let config = BatteryConfig { nominal_voltage: 15.0, smoothing_time: 0.01 };
+    flight.set_battery(&config).unwrap();
+    let command = flight.tick(&inputs()).wrench.thrust;
+    // Half of the voltage is a quarter of the thrust: 4 N of 16 N.
+    let health = Health { voltage: Some(7.5), ..Health::default() };
+    let outputs = (0..200).map(|_| flight.tick(&Inputs { health, ..inputs() })).last().unwrap();
+    assert!(command > 7.0 && outputs.limited.contains(Limited::THRUST), "{outputs:?}");
+    // Less what roll and pitch torque need.
+    let achieved = outputs.achieved;
+    assert!((achieved.thrust - 4.0).abs() < 0.05, "{achieved:?}");
+    let short = achieved.torque_body - outputs.wrench.torque_body;
+    assert!(short.truncate().length() < 1e-6, "{outputs:?}");
 }

@@ -16,6 +16,7 @@ pub mod pilot;
 pub mod rate_loop;
 pub mod rates;
 pub mod reference_source;
+pub mod remote_control;
 pub mod replay;
 pub mod rotor_output;
 pub mod scenario;

@@ -29,6 +29,7 @@ mod app {
 
     use cortex_m::peripheral::SCB;
     use ctrl_core::controller::AnyController;
+    use ctrl_core::mode::safety::SafetyConfig;
     use firmware::board::peripherals::{
         Peripherals, Rotors, WATCHDOG_TIMEOUT, now, start_control_tick,
     };
@@ -157,6 +158,10 @@ mod app {
                 let flight = place.write(flight);
                 let filter = &VEHICLE.rate_filter;
                 if !filter.is_empty() && flight.set_rate_filter(filter).is_err() {
+                    panic!("damaged vehicle");
+                }
+                let safety = &VEHICLE.safety;
+                if *safety != SafetyConfig::default() && flight.set_safety(safety).is_err() {
                     panic!("damaged vehicle");
                 }
                 flight

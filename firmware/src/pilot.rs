@@ -9,8 +9,9 @@ use ctrl_core::error::ConfigError;
 use ctrl_core::mode::navigation::{
     Navigation, NavigationConfig, NavigationEvent, NavigationRefusal, Navigator, Request,
 };
+use ctrl_core::mode::safety::SafetyReport;
 use ctrl_core::mode::{Command, Mode, Refusal};
-use ctrl_core::setpoint::ShaperConfig;
+use ctrl_core::setpoint::{Setpoint, ShaperConfig};
 use ctrl_core::vehicle::VehicleState;
 use heapless::Deque;
 use link::Rejection;
@@ -93,6 +94,32 @@ impl Pilot {
     /// The reason for a refusal.
     pub fn request(&mut self, mode: Mode, request: Request) -> Result<(), NavigationRefusal> {
         self.navigator.request(mode, request)
+    }
+
+    /// Asks the supervisor for something, as the remote control does; dropped while another command waits.
+    pub fn order(&mut self, command: Command) {
+        if self.waiting.is_none() {
+            self.waiting = Some(Queued { command, from_station: false });
+        }
+    }
+
+    /// Takes a set-point of the remote control; it is followed in Offboard.
+    ///
+    /// # Errors
+    /// Names a number that is out of its range.
+    pub fn stream(&mut self, setpoint: Setpoint) -> Result<(), ConfigError> {
+        self.navigator.stream(setpoint)
+    }
+
+    /// Follows the reaction to hazards of the tick that ended in `mode`, before [`step`](Self::step), and
+    /// tells a station what has come up.
+    pub fn react(&mut self, mode: Mode, safety: &SafetyReport) {
+        if !safety.raised.is_empty() {
+            let event = NavigationEvent::HazardRaised(safety.raised, safety.reaction);
+            // A station that does not listen misses the newest.
+            let _ = self.events.push_back(event);
+        }
+        self.navigator.react(mode, safety.reaction);
     }
 
     /// The reference of the next tick, after the one that ended in `mode`; commands that follow from it are

@@ -1,13 +1,15 @@
-//! Rotor commands: from the thrust of each rotor to the duty cycle that its speed controller reads.
+//! Rotor commands: from the thrust of each rotor to what its speed controller reads.
 //!
-//! Standard pulses: 1000 us stop, 2000 us full, repeated at [`PULSE_RATE`]. Thrust grows with the
-//! square of the speed and the speed with the pulse, so the pulse follows the root of the thrust:
+//! [`RotorDriver`] is the place of a driver, one per rotor: whatever takes a throttle in [0, 1]. Every PWM channel is one,
+//! by standard pulses, 1000 us stop, 2000 us full, repeated at [`PULSE_RATE`]:
 //!
 //! ```text
-//! pulse = 1000 us + 1000 us sqrt(T / T_max)
+//! pulse = 1000 us + 1000 us u,   u = throttle(T / T_max) of the rotor's curve
 //! ```
+//!
+//! The curve is the square unless it is told otherwise: speed follows the pulse, and thrust its square.
 
-use ctrl_core::allocation::throttle;
+use ctrl_core::allocation::ThrustCurve;
 use embedded_hal::pwm::SetDutyCycle;
 
 /// Pulses a second (Hz): the most that standard pulses leave room for.
@@ -17,29 +19,49 @@ pub const PULSE_STOP: f32 = 1.0e-3;
 /// Pulse at full speed (s).
 pub const PULSE_FULL: f32 = 2.0e-3;
 
-/// The outputs of `N` rotors.
-#[derive(Debug)]
-pub struct RotorOutput<P, const N: usize> {
-    channels: [P; N],
-    thrust_max: [f32; N],
+/// Output to the speed controller of one rotor.
+pub trait RotorDriver {
+    /// Commands a throttle in [0, 1]; zero is standstill. It returns at once, and a failure shows in the
+    /// speed controller's own timeout.
+    fn set_throttle(&mut self, throttle: f32);
 }
 
-impl<P: SetDutyCycle, const N: usize> RotorOutput<P, N> {
-    /// Takes the channels, all stopped; `thrust_max` is each rotor's thrust at full speed (N).
-    pub fn new(channels: [P; N], thrust_max: [f32; N]) -> Self {
-        let mut output = Self { channels, thrust_max };
+/// By standard pulses. A channel's error is not looked at: a timer's is [`core::convert::Infallible`].
+impl<P: SetDutyCycle> RotorDriver for P {
+    fn set_throttle(&mut self, throttle: f32) {
+        let pulse = PULSE_STOP + (PULSE_FULL - PULSE_STOP) * throttle;
+        let duty = duty(pulse, self.max_duty_cycle());
+        let _ = self.set_duty_cycle(duty);
+    }
+}
+
+/// The outputs of `N` rotors.
+#[derive(Debug)]
+pub struct RotorOutput<D, const N: usize> {
+    drivers: [D; N],
+    thrust_max: [f32; N],
+    curve: ThrustCurve,
+}
+
+impl<D: RotorDriver, const N: usize> RotorOutput<D, N> {
+    /// Takes the drivers, all stopped; `thrust_max` is each rotor's thrust at full throttle (N).
+    pub fn new(drivers: [D; N], thrust_max: [f32; N]) -> Self {
+        let mut output = Self { drivers, thrust_max, curve: ThrustCurve::SQUARE };
         output.stop();
         output
     }
 
+    /// The same with another thrust curve for all rotors.
+    #[must_use]
+    pub fn with_curve(self, curve: ThrustCurve) -> Self {
+        Self { curve, ..self }
+    }
+
     /// Commands the thrust of each rotor (N); values outside `0..=thrust_max` are clipped, and
     /// one that is not a number stops its rotor.
-    ///
-    /// A channel's error is not looked at: a timer's is [`core::convert::Infallible`].
     pub fn command(&mut self, thrust: &[f32; N]) {
-        for ((channel, thrust), max) in self.channels.iter_mut().zip(thrust).zip(self.thrust_max) {
-            let duty = duty(pulse(*thrust, max), channel.max_duty_cycle());
-            let _ = channel.set_duty_cycle(duty);
+        for ((driver, thrust), max) in self.drivers.iter_mut().zip(thrust).zip(self.thrust_max) {
+            driver.set_throttle(self.curve.throttle(thrust / max));
         }
     }
 
@@ -48,15 +70,10 @@ impl<P: SetDutyCycle, const N: usize> RotorOutput<P, N> {
         self.command(&[0.0; N]);
     }
 
-    /// The channels, to read back what was commanded.
-    pub fn channels(&self) -> &[P; N] {
-        &self.channels
+    /// The drivers, to read back what was commanded.
+    pub fn channels(&self) -> &[D; N] {
+        &self.drivers
     }
-}
-
-/// Pulse length for a thrust (s).
-fn pulse(thrust: f32, thrust_max: f32) -> f32 {
-    PULSE_STOP + (PULSE_FULL - PULSE_STOP) * throttle(thrust, thrust_max)
 }
 
 /// Counts of a timer with `max` counts a period that give a pulse (s).
@@ -108,6 +125,22 @@ mod tests {
     fn hostile_thrusts_stop_or_saturate() {
         let hostile = [f32::NAN, -1.0, f32::INFINITY, f32::NEG_INFINITY];
         assert_eq!(commanded(hostile), [10_000, 10_000, 20_000, 10_000]);
+    }
+
+    #[test]
+    fn a_driver_of_its_own_gets_the_throttle_of_the_curve() {
+        struct Digital(f32);
+        impl RotorDriver for Digital {
+            fn set_throttle(&mut self, throttle: f32) {
+                self.0 = throttle;
+            }
+        }
+        let curve = ThrustCurve::new(0.5).unwrap();
+        let mut output = RotorOutput::new([Digital(1.0)], [4.0]).with_curve(curve);
+        output.command(&[1.5]);
+        assert!((output.channels()[0].0 - 0.5).abs() < 1e-6);
+        output.stop();
+        assert_eq!(output.channels()[0].0, 0.0);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use ctrl_core::controller::AdaptiveController;
 use ctrl_core::mode::Mode;
 use ctrl_core::vehicle::VehicleState;
 use firmware::exchange::ControlStatus;
-use firmware::flight_control::{FlightControl, Inputs};
+use firmware::flight_control::{FlightControl, Health, Inputs};
 use firmware::pilot::{Pilot, PilotedVehicle};
 use firmware::session::{HostSession, SessionMemory};
 use firmware::state_sample::StateSample;
@@ -117,6 +117,8 @@ impl<'m> PilotedFlight<'m> {
                 overrun: false,
                 fault: false,
                 outputs_off: false,
+                kill: false,
+                health: Health::default(),
             };
             let outputs = self.control.tick(&inputs);
             if let Some(answer) = outputs.answer {

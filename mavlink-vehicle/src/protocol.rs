@@ -3,6 +3,7 @@
 use core::fmt;
 
 use ctrl_core::mode::navigation::NavigationEvent;
+use ctrl_core::mode::safety::Reaction;
 use ctrl_core::mode::{Mode, Refusal};
 use heapless::Deque;
 use mavlink::MessageData;
@@ -313,6 +314,19 @@ impl Protocol {
             NavigationEvent::OffboardLost => {
                 self.say(Severity::Critical, format_args!("set-points lost: hold"));
             }
+            NavigationEvent::TakeOffFailed => {
+                self.say(Severity::Critical, format_args!("does not lift: disarmed"));
+            }
+            NavigationEvent::HazardRaised(hazards, reaction) => {
+                let action = match reaction {
+                    Some(Reaction::Return) => ": returning",
+                    Some(Reaction::Land) => ": landing",
+                    Some(Reaction::Failsafe) => ": descending",
+                    Some(Reaction::Stop) => ": rotors cut",
+                    Some(Reaction::Warn) | None => "",
+                };
+                self.say(Severity::Critical, format_args!("{hazards}{action}"));
+            }
             NavigationEvent::Landed => self.say(Severity::Info, format_args!("landed")),
         }
     }
@@ -324,6 +338,7 @@ pub(crate) fn result_of(refusal: Refusal) -> MavResult {
         Refusal::StateStale | Refusal::Fault | Refusal::NotArmed | Refusal::Tilted => {
             MavResult::MAV_RESULT_TEMPORARILY_REJECTED
         }
+        Refusal::Hazard(_) | Refusal::Killed => MavResult::MAV_RESULT_TEMPORARILY_REJECTED,
         // In failsafe, locked, and whatever else may be added.
         _ => MavResult::MAV_RESULT_DENIED,
     }

@@ -44,14 +44,8 @@ fn execute() -> ExitCode {
             PilError::Run(error) => run_failure(error),
             _ => VEHICLE_FAILED,
         }),
-        Command::Fly(arguments) => status(cli::fly(&arguments), |error| match error {
-            FlyError::Output(..) => NOT_WRITTEN,
-            FlyError::Differs => VEHICLE_FAILED,
-            FlyError::Scenario(_)
-            | FlyError::Refused(_)
-            | FlyError::Port(_)
-            | FlyError::Key(..) => WRONG_USAGE,
-        }),
+        Command::Fly(arguments) => status(cli::fly(&arguments), fly_failure),
+        Command::Failsafe(arguments) => status(cli::failsafe(&arguments), fly_failure),
         Command::Campaign(arguments) => status(cli::campaign(&arguments), campaign_failure),
         Command::Merge(arguments) => status(cli::merge(&arguments), campaign_failure),
         Command::Tune(arguments) => status(cli::tune(&arguments), |error| match error {
@@ -59,6 +53,16 @@ fn execute() -> ExitCode {
             TuneError::Output(..) => NOT_WRITTEN,
             TuneError::Request(_) | TuneError::Check(_) => WRONG_USAGE,
         }),
+    }
+}
+
+fn fly_failure(error: &FlyError) -> u8 {
+    match error {
+        FlyError::Output(..) => NOT_WRITTEN,
+        FlyError::Differs => VEHICLE_FAILED,
+        FlyError::Scenario(_) | FlyError::Refused(_) | FlyError::Port(_) | FlyError::Key(..) => {
+            WRONG_USAGE
+        }
     }
 }
 

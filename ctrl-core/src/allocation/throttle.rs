@@ -177,7 +177,7 @@ mod tests {
             battery.measure(13.32); // 0.9 of nominal
         }
         // After one time constant of an exponential in steps: 1 - 0.1 (1 - 0.98^50).
-        let ratio = 1.0 - 0.1 * (1.0 - 0.98f32.powi(50));
+        let ratio = 1.0 - 0.1 * (1.0 - libm::powf(0.98, 50.0));
         assert!((battery.supply() - ratio * ratio).abs() < 1e-5);
         for _ in 0..2000 {
             battery.measure(13.32);

@@ -22,6 +22,7 @@ pub use interface::{
 
 use glam::Vec3;
 
+use super::safety::Reaction;
 use super::{Command, Mode};
 use crate::error::{Bound, ConfigError, require};
 use crate::list::List;
@@ -42,6 +43,11 @@ const LANDED_SPEED: f32 = 0.08;
 const LANDED_TIME: f32 = 0.5;
 /// Height above the place of the start from which the vehicle counts as airborne (m).
 const AIRBORNE: f32 = 0.15;
+/// The vehicle does not lift when it stays at the height of the start, at rest, with the reference so far above it
+/// (m) ...
+const STUCK_GAP: f32 = 0.5;
+/// ... for this long (s).
+const STUCK_TIME: f32 = 3.0;
 /// Speed of the reference below which a waypoint can be reached (m/s).
 const REACHED_SPEED: f32 = 0.3;
 
@@ -65,9 +71,13 @@ pub struct Navigator {
     airborne: Airborne,
     /// Ticks in a row that a condition has held: at rest on the ground, or at a waypoint.
     held: u32,
+    /// Ticks in a row that the vehicle has not lifted.
+    stuck: u32,
     stage: Stage,
     /// An event that another one of the same tick has put off.
     put_off: Option<NavigationEvent>,
+    /// Reaction to a hazard that is present.
+    reaction: Option<Reaction>,
 }
 
 /// Part of a Return or of an item that lands.
@@ -113,8 +123,10 @@ impl Navigator {
             starting: false,
             airborne: Airborne::Ground,
             held: 0,
+            stuck: 0,
             stage: Stage::Climb,
             put_off: None,
+            reaction: None,
         })
     }
 
@@ -273,6 +285,12 @@ impl Navigator {
             _ if matches!(request, Request::Hold) => {}
             _ => return Err(Refusal::NotArmed),
         }
+        let down = matches!(request, Request::Return | Request::Land(_));
+        let forced = supervised == Mode::Flying && self.reaction >= Some(Reaction::Return);
+        let up = self.reaction >= Some(Reaction::Land) && matches!(request, Request::Return);
+        if forced && (!down || up) {
+            return Err(Refusal::Hazard);
+        }
         match request {
             Request::Hold => self.hold(),
             Request::TakeOff(height) => self.take_off(height)?,
@@ -303,6 +321,31 @@ impl Navigator {
         }
         self.starting = supervised == Mode::Armed && !matches!(request, Request::Hold);
         Ok(())
+    }
+
+    /// Follows the reaction to hazards, at every control period before [`step`](Self::step): home or down, and
+    /// nothing else while it lasts. What it began goes on when the hazard is over, until something else is
+    /// requested.
+    pub fn react(&mut self, supervised: Mode, reaction: Option<Reaction>) {
+        self.reaction = reaction;
+        if supervised != Mode::Flying {
+            return;
+        }
+        let coming_down = self.mode == NavigationMode::Land
+            || self.mode == NavigationMode::Return && self.stage == Stage::Descent;
+        match reaction {
+            Some(Reaction::Return)
+                if !matches!(self.mode, NavigationMode::Return | NavigationMode::Land) =>
+            {
+                self.enter(NavigationMode::Return);
+            }
+            Some(Reaction::Land) if !coming_down => {
+                let here = self.reference_position();
+                self.enter(NavigationMode::Land);
+                (self.setpoint, self.stage) = (Setpoint::at(here), Stage::Descent);
+            }
+            _ => {}
+        }
     }
 
     fn take_off(&mut self, height: Option<f32>) -> Result<(), ConfigError> {
@@ -359,6 +402,11 @@ impl Navigator {
         let event = self.navigate(vehicle);
         let reference = self.shaper.step(&mut self.state, &self.setpoint);
         self.judge_airborne(vehicle, &reference);
+        if self.is_stuck(vehicle, &reference) {
+            self.hold();
+            let event = Some(NavigationEvent::TakeOffFailed);
+            return Navigation { reference, command: Some(Command::Disarm), event };
+        }
         let landed = event == Some(NavigationEvent::Landed);
         let command = landed.then_some(Command::Disarm);
         match mission_item.flatten() {
@@ -378,7 +426,7 @@ impl Navigator {
             self.hold();
             self.starting = false;
         }
-        self.airborne = Airborne::Ground;
+        (self.airborne, self.stuck) = (Airborne::Ground, 0);
         if let Some(vehicle) = vehicle.filter(|vehicle| vehicle.position_world.is_finite()) {
             self.state = ShaperState::at_rest(vehicle.position_world, heading(vehicle));
             self.start_world = vehicle.position_world;
@@ -532,6 +580,17 @@ impl Navigator {
         self.held =
             if there || self.held > 1 { self.held.max(1).saturating_add(1) } else { self.held };
         self.held > 1 && self.seconds(self.held - 2) >= hold_time
+    }
+
+    /// `true` once the vehicle has stood for too long below a reference that has taken off.
+    fn is_stuck(&mut self, vehicle: Option<&VehicleState>, reference: &Reference) -> bool {
+        let stands = vehicle.is_some_and(|vehicle| {
+            vehicle.position_world.z < self.start_world.z + AIRBORNE
+                && vehicle.velocity_world.length() < LANDED_SPEED
+                && vehicle.position_world.z + STUCK_GAP < reference.position_world.z
+        });
+        self.stuck = if stands { self.stuck.saturating_add(1) } else { 0 };
+        self.seconds(self.stuck) >= STUCK_TIME
     }
 
     fn seconds(&self, ticks: u32) -> f32 {

@@ -21,6 +21,8 @@ const GOOD: Conditions = Conditions {
     overrun: false,
     fault: false,
     outputs_off: false,
+    kill: false,
+    safety: SafetyReport { hazards: Hazards::empty(), raised: Hazards::empty(), reaction: None },
 };
 const MISSED: Conditions = Conditions { attitude: None, ..GOOD };
 const FAULTED: Conditions = Conditions { step: StepStatus::STATE_INVALID, ..GOOD };
@@ -264,24 +266,40 @@ fn each_limit_is_checked() {
     assert_eq!(refused(descend(7.0, 0)), "failsafe.descend.ticks");
 }
 
+fn hazard(reaction: Reaction) -> Conditions {
+    let hazards = Hazards::BATTERY_LOW;
+    Conditions {
+        safety: SafetyReport { hazards, raised: hazards, reaction: Some(reaction) },
+        ..GOOD
+    }
+}
+
+const KILLED: Conditions = Conditions { kill: true, ..GOOD };
+
 proptest! {
     #[test]
     fn no_path_leads_to_live_outputs_without_arm_and_start(
-        events in proptest::collection::vec(0usize..9, 0..200)
+        events in proptest::collection::vec(0usize..15, 0..200)
     ) {
         let mut flight = Flight::new(&CONFIG);
         let (mut armed, mut started) = (false, false);
+        let conditions = [
+            GOOD, MISSED, FAULTED, OVERRUN, FAULT, KILLED,
+            hazard(Reaction::Warn), hazard(Reaction::Land), hazard(Reaction::Failsafe), hazard(Reaction::Stop),
+        ];
+        let commands = [Command::Arm, Command::Disarm, Command::Start, Command::Stop, Command::Kill];
         for event in events {
-            match event {
-                0..=4 => {
-                    flight.run(&[GOOD, MISSED, FAULTED, OVERRUN, FAULT][event], 2);
+            match conditions.get(event) {
+                Some(conditions) => {
+                    flight.run(conditions, 2);
                 }
-                _ => {
-                    let command =
-                        [Command::Arm, Command::Disarm, Command::Start, Command::Stop][event - 5];
+                None => {
+                    let command = commands[event - conditions.len()];
                     let accepted = flight.order(command).is_ok();
                     armed |= accepted && command == Command::Arm;
                     started |= accepted && command == Command::Start;
+                    prop_assert!(accepted || command != Command::Kill);
+                    prop_assert!(command != Command::Kill || flight.output() == SAFE);
                 }
             }
             let mode = flight.state.mode();
@@ -290,6 +308,75 @@ proptest! {
             prop_assert_eq!(flight.output() == LIVE, mode == Mode::Flying);
             prop_assert!(flight.output() == SAFE || (armed && started), "{:?}", flight.state);
         }
+    }
+
+    #[test]
+    fn every_failsafe_ends_with_the_rotors_stopped_unless_an_operator_starts_again(
+        before in proptest::collection::vec(0usize..3, 0..50),
+        end in 0usize..6,
+    ) {
+        let mut flight = Flight::flying(&CONFIG);
+        for event in before {
+            flight.run(&[GOOD, hazard(Reaction::Warn), hazard(Reaction::Return)][event], 1);
+        }
+        prop_assert_eq!(flight.state.mode(), Mode::Flying);
+        let fatal = [MISSED, FAULTED, OVERRUN, hazard(Reaction::Failsafe), hazard(Reaction::Stop), FAULT];
+        flight.run(&fatal[end], 5);
+        prop_assert!(flight.state.mode() != Mode::Flying);
+        flight.run(&GOOD, 10);
+        prop_assert_eq!((flight.state.mode(), flight.output()), (Mode::Locked, SAFE));
+    }
+}
+
+#[test]
+fn the_kill_switch_locks_from_every_mode_and_while_it_is_on() {
+    for failsafe in [FailsafePolicy::Cut, CONFIG.failsafe] {
+        let config = SupervisorConfig { failsafe, ..CONFIG };
+        let mut disarmed = Flight::new(&config);
+        disarmed.run(&GOOD, 3);
+        let mut armed = disarmed.order(Command::Arm).map(|_| disarmed).unwrap();
+        armed.run(&GOOD, 1);
+        let mut failing = Flight::flying(&CONFIG);
+        failing.run(&MISSED, 5);
+        assert_eq!(failing.state.mode(), Mode::Failsafe);
+        for mut flight in [armed, Flight::flying(&config), failing] {
+            assert_eq!(flight.run(&KILLED, 1), Mode::Locked);
+            assert_eq!((flight.output(), flight.state.cause()), (SAFE, Some(Cause::Killed)));
+            assert_eq!(flight.order(Command::Disarm), Err(Refusal::Killed));
+            assert_eq!(flight.supervisor.readiness(&flight.state), Err(Refusal::Killed));
+            flight.run(&GOOD, 3);
+            assert_eq!(flight.order(Command::Arm), Err(Refusal::Locked));
+            assert_eq!(flight.order(Command::Disarm), Ok(Mode::Disarmed));
+            assert_eq!(flight.order(Command::Kill), Ok(Mode::Locked));
+            assert_eq!(flight.state.cause(), Some(Cause::Killed));
+        }
+    }
+}
+
+#[test]
+fn hazards_keep_it_on_the_ground_by_name_and_strong_ones_end_the_flight() {
+    let mut flight = Flight::new(&CONFIG);
+    flight.run(&hazard(Reaction::Warn), 3);
+    let refused = flight.order(Command::Arm).unwrap_err();
+    assert_eq!(refused, Refusal::Hazard(Hazards::BATTERY_LOW));
+    assert_eq!(std::format!("{refused}"), "battery low");
+    flight.run(&GOOD, 1);
+    flight.order(Command::Arm).unwrap();
+    assert_eq!(flight.run(&hazard(Reaction::Warn), 1), Mode::Disarmed);
+    assert_eq!(flight.state.cause(), Some(Cause::Hazard));
+    let ends = [
+        (Reaction::Warn, Mode::Flying),
+        (Reaction::Return, Mode::Flying),
+        (Reaction::Land, Mode::Flying),
+        (Reaction::Failsafe, Mode::Failsafe),
+        (Reaction::Stop, Mode::Locked),
+    ];
+    for (reaction, mode) in ends {
+        assert_eq!(Flight::flying(&CONFIG).run(&hazard(reaction), 3), mode);
+        let mut failing = Flight::flying(&CONFIG);
+        failing.run(&MISSED, 5);
+        let after = if reaction == Reaction::Stop { Mode::Locked } else { Mode::Failsafe };
+        assert_eq!(failing.run(&hazard(reaction), 1), after);
     }
 }
 

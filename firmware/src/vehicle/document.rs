@@ -3,6 +3,7 @@
 use ctrl_core::allocation::RotorGeometry;
 use ctrl_core::filter::RateFilterConfig;
 use ctrl_core::mode::SupervisorConfig;
+use ctrl_core::mode::safety::SafetyConfig;
 use serde::{Deserialize, Serialize};
 
 /// Supervision, filters of the rate, and rotors of the vehicle.
@@ -16,6 +17,9 @@ pub struct VehicleConfig {
     /// Filters of the body rate before the law; none if absent.
     #[serde(default)]
     pub rate_filter: RateFilterConfig,
+    /// Hazards to watch for; none if absent.
+    #[serde(default)]
+    pub safety: SafetyConfig,
     /// The rotors, in the order of the outputs.
     pub geometry: RotorGeometry,
 }

@@ -11,6 +11,7 @@ use ctrl_core::allocation::{Rotor, RotorGeometry, Spin};
 use ctrl_core::filter::RateFilterConfig;
 #[allow(unused_imports, reason = "of a vehicle with filters")]
 use ctrl_core::filter::{LowPassConfig, NotchConfig};
+use ctrl_core::mode::safety::*;
 use ctrl_core::mode::{FailsafePolicy, SupervisorConfig};
 use ctrl_core::vehicle::Interval;
 
@@ -20,6 +21,8 @@ pub const ROTORS: usize = 4;
 /// The vehicle that this image flies; `build.rs` has checked it.
 pub static VEHICLE: VehicleConfig = {
     use FailsafePolicy::*;
+    #[allow(unused_imports, reason = "named where vehicle.toml has a [safety]")]
+    use Reaction::*;
     use Spin::*;
     include!(concat!(env!("OUT_DIR"), "/vehicle.rs"))
 };

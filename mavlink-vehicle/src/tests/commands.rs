@@ -6,6 +6,9 @@ use mavlink::dialects::common::{
     MavModeFlag, MavResult, PING_DATA, PROTOCOL_VERSION_DATA, SET_MODE_DATA, TIMESYNC_DATA,
 };
 
+use ctrl_core::mode::navigation::NavigationEvent;
+use ctrl_core::mode::safety::{Hazards, Reaction};
+
 use super::*;
 
 const ACCEPTED: Option<u8> = Some(MavResult::MAV_RESULT_ACCEPTED as u8);
@@ -266,4 +269,17 @@ fn a_request_for_files_is_refused_at_once() {
     let answer = air.take::<FILE_TRANSFER_PROTOCOL_DATA>();
     assert_eq!(answer[0].payload[..6], [0x00, 0x01, 2, 129, 1, 4]);
     assert_eq!(answer[0].payload[12], 10, "file not found");
+}
+
+#[test]
+fn a_hazard_is_told_with_what_is_done_about_it() {
+    let mut air = Air::new();
+    let hazards = Hazards::LINK_LOST | Hazards::BATTERY_LOW;
+    air.vehicle.events.push(NavigationEvent::HazardRaised(hazards, Some(Reaction::Return)));
+    air.run(0.1);
+    assert_eq!(air.texts(), ["link lost, battery low: returning"]);
+    air.vehicle.refuses = Some(Refusal::Hazard(Hazards::RC_LOST));
+    let rejected = result(MavResult::MAV_RESULT_TEMPORARILY_REJECTED);
+    assert_eq!(air.command(400, first(1.0)), rejected);
+    assert!(air.texts().contains(&"command 400 refused: remote control lost".into()));
 }

@@ -2,6 +2,7 @@
 
 mod campaign;
 mod campaign_progress;
+mod failsafe;
 mod flight_progress;
 mod fly;
 mod log;
@@ -14,6 +15,7 @@ mod tune;
 use clap::{Parser, Subcommand};
 
 pub use campaign::{CampaignArguments, campaign};
+pub use failsafe::{FailsafeArguments, failsafe};
 pub use fly::{FlyArguments, fly};
 use log::LogArguments;
 pub use merge::{MergeArguments, merge};
@@ -49,6 +51,8 @@ pub enum Command {
     Run(RunArguments),
     /// Fly a vehicle in real time under a ground station or a script, on MAVLink.
     Fly(FlyArguments),
+    /// Let every fault happen at random times of a commanded flight, and judge its end.
+    Failsafe(FailsafeArguments),
     /// As `run`, with the controller in the firmware's image in QEMU, in lock step with the plant.
     Pil(PilArguments),
     /// Fly a scenario many times, with values drawn from distributions or taken from a grid.

@@ -5,6 +5,7 @@
 //! own directory of results, with its trace, its log and the guarantees that are judged on the truth.
 
 mod error;
+pub mod failsafe;
 mod pace;
 mod ports;
 mod record;
@@ -17,4 +18,4 @@ pub use ports::{PortOptions, Ports};
 pub use record::{FlightLogs, FlownReport};
 pub use session::{FlyEvent, FlyOptions, fly};
 pub use signing::read_key;
-pub use vehicle::{FlownTick, FlownVehicle};
+pub use vehicle::{FlownTick, FlownVehicle, Interference};

@@ -1,15 +1,19 @@
 //! The vehicle that is flown: the firmware's control group and session before the simulated plant.
 
+use ctrl_core::allocation::Allocator;
 use ctrl_core::controller::{
     AdaptiveController, AnyController, AnyControllerState, Auxiliary, ControllerConfig, Estimates,
     Intermediates, LastingEstimates, TrackingController,
 };
+use ctrl_core::error::ConfigError;
 use ctrl_core::mode::Mode;
 use ctrl_core::mode::navigation::{NavigationMode, Navigator};
+use ctrl_core::mode::safety::SafetyConfig;
 use ctrl_core::trajectory::{HoverConfig, TrajectoryConfig};
 use ctrl_core::vehicle::VehicleState;
+use ctrl_core::vehicle::Wrench;
 use firmware::exchange::ControlStatus;
-use firmware::flight_control::{FlightControl, Inputs, Outputs};
+use firmware::flight_control::{FlightControl, Health, Inputs, Outputs};
 use firmware::pilot::{Pilot, PilotedVehicle};
 use firmware::scenario::{BUILT_IN_MISSION, Tuning};
 use firmware::session::{HostSession, SessionConfig, SessionMemory};
@@ -46,6 +50,25 @@ pub struct FlownTick {
     pub navigation: NavigationMode,
 }
 
+/// Faults that act on the vehicle; none by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Interference {
+    /// No state sample comes.
+    pub sample_lost: bool,
+    /// Every control period ends late.
+    pub overrun: bool,
+    /// The kill switch is on.
+    pub kill: bool,
+    /// The station is silent since then (s).
+    pub link_lost_since: Option<f64>,
+    /// The remote control is silent since then (s).
+    pub rc_lost_since: Option<f64>,
+    /// Measured voltage of the battery (V).
+    pub voltage: Option<f32>,
+    /// The rotor of this index gives nothing.
+    pub failed_rotor: Option<usize>,
+}
+
 /// A vehicle on the ground or in flight, commanded by a [`Pilot`].
 #[derive(Debug)]
 pub struct FlownVehicle<'m> {
@@ -67,6 +90,11 @@ pub struct FlownVehicle<'m> {
     thrust_max: f32,
     thrust: f32,
     differs: bool,
+    interference: Interference,
+    /// Time of the latest message of a station (s).
+    heard: f64,
+    /// What each rotor makes of a newton, by the geometry alone.
+    rotors: Allocator,
 }
 
 impl<'m> FlownVehicle<'m> {
@@ -82,7 +110,8 @@ impl<'m> FlownVehicle<'m> {
         let in_force = ParametersInForce::default();
         let session = HostSession::new(memory, config, &tuning, &hover, in_force, None)?;
         let pilot = Pilot::new(&Pilot::moderate(&law), &law)?;
-        let control = FlightControl::new(&law, &VEHICLE.supervisor, &VEHICLE.geometry)?;
+        let mut control = FlightControl::new(&law, &VEHICLE.supervisor, &VEHICLE.geometry)?;
+        control.set_safety(&VEHICLE.safety)?;
         let period = f64::from(law.step_period());
         let parameters = PlantParameters::from(scenario.vehicle);
         let body = RigidBody::new(&parameters, period, scenario.plant_steps_per_tick);
@@ -106,6 +135,9 @@ impl<'m> FlownVehicle<'m> {
             period,
             thrust: 0.0,
             differs: false,
+            interference: Interference::default(),
+            heard: 0.0,
+            rotors: Allocator::new(&VEHICLE.geometry)?,
         })
     }
 
@@ -113,26 +145,32 @@ impl<'m> FlownVehicle<'m> {
     pub fn tick(&mut self) -> FlownTick {
         let truth = *self.plant.truth();
         let measured = self.source.measure(&truth);
-        self.measured = measured;
-        let reference = self.pilot.step(self.status.mode, Some(&measured)).reference;
+        let Interference { sample_lost, overrun, kill, .. } = self.interference;
+        // What is lost leaves the one before: the law holds it, too.
+        self.measured = if sample_lost { self.measured } else { measured };
+        let sample = (!sample_lost).then_some(measured);
+        let reference = self.pilot.step(self.status.mode, sample.as_ref()).reference;
         if let Some(law) = self.session.take_law() {
             self.control.replace_law(law);
             (self.law, self.thrust_max) = (*law, law.bounds().thrust_max);
         }
         let inputs = Inputs {
-            sample: Some(StateSample { state: measured, age_ticks: 0 }),
+            sample: sample.map(|state| StateSample { state, age_ticks: 0 }),
             reference,
             command: self.pilot.next_command(),
-            overrun: false,
+            overrun,
             fault: self.session.fault_pending(),
             outputs_off: false,
+            kill,
+            health: self.health(),
         };
         let outputs = self.control.tick(&inputs);
         if let Some(answer) = outputs.answer {
             self.pilot.answered(answer);
         }
+        self.pilot.react(outputs.mode, &outputs.safety);
         let disturbance = self.disturbance.advance(&truth);
-        let applied = self.plant.command(&outputs.wrench);
+        let applied = self.plant.command(&self.wrench_of(&outputs));
         let mut tick = Tick {
             tick: self.ticks,
             time: self.ticks as f64 * self.period,
@@ -159,6 +197,43 @@ impl<'m> FlownVehicle<'m> {
             uptime: self.ticks as u32, // wraps, as the firmware's
         };
         FlownTick { tick, outputs, navigation: self.pilot.navigator().mode() }
+    }
+
+    fn health(&self) -> Health {
+        let Interference { link_lost_since, rc_lost_since, voltage, .. } = self.interference;
+        let silence = |since: Option<f64>| since.map_or(0.0, |since| self.time() - since) as f32;
+        let link = silence(link_lost_since).max((self.time() - self.heard) as f32);
+        Health { link_silence: link, rc_silence: silence(rc_lost_since), voltage }
+    }
+
+    /// The wrench that the rotors make, by their thrusts once one of them has failed.
+    fn wrench_of(&self, outputs: &Outputs) -> Wrench {
+        match (&outputs.thrusts, self.interference.failed_rotor) {
+            (Some(thrusts), Some(failed)) => {
+                let mut thrusts = *thrusts;
+                thrusts.iter_mut().skip(failed).take(1).for_each(|thrust| *thrust = 0.0);
+                self.rotors.wrench(&thrusts)
+            }
+            _ => outputs.wrench,
+        }
+    }
+
+    /// Takes note of a message of a station.
+    pub fn hear(&mut self) {
+        self.heard = self.time();
+    }
+
+    /// Watches for other hazards than those of the firmware's vehicle.
+    ///
+    /// # Errors
+    /// Names a number that is out of its range.
+    pub fn set_safety(&mut self, config: &SafetyConfig) -> Result<(), ConfigError> {
+        self.control.set_safety(config)
+    }
+
+    /// Faults from the next tick on.
+    pub fn interfere(&mut self, interference: Interference) {
+        self.interference = interference;
     }
 
     /// Evaluates the law again beside the control group, for its intermediate quantities.

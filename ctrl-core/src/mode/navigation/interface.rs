@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::mode::Command;
+use crate::mode::safety::{Hazards, Reaction};
 use crate::reference::Reference;
 use crate::setpoint::{Setpoint, ShaperConfig};
 
@@ -115,6 +116,8 @@ pub enum NavigationRefusal {
     NoSetpoint,
     /// The item does not exist.
     NoItem,
+    /// A hazard is present: only towards the ground.
+    Hazard,
     /// A number is outside its bound.
     Invalid(ConfigError),
 }
@@ -126,6 +129,7 @@ impl fmt::Display for NavigationRefusal {
             Self::NotFlying => out.write_str("not in flight: take off first"),
             Self::NoMission => out.write_str("no mission"),
             Self::NoSetpoint => out.write_str("no set-points are coming"),
+            Self::Hazard => out.write_str("a hazard is present: return or land"),
             Self::NoItem => out.write_str("no such mission item"),
             Self::Invalid(error) => error.fmt(out),
         }
@@ -153,6 +157,10 @@ pub enum NavigationEvent {
     OffboardLost,
     /// At rest on the ground.
     Landed,
+    /// The vehicle does not lift: disarmed.
+    TakeOffFailed,
+    /// These hazards have come up; what is done about them.
+    HazardRaised(Hazards, Option<Reaction>),
 }
 
 /// Contact with the ground, from the vehicle's state and its reference.

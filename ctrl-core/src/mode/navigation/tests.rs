@@ -1,5 +1,6 @@
 //! Tests of the modes, on a vehicle that is where its reference is unless the ground is in the way.
 
+use std::vec;
 use std::vec::Vec;
 
 use proptest::prelude::*;
@@ -249,6 +250,46 @@ fn a_refused_start_and_a_lost_flight_end_in_hold() {
     world.mode = Mode::Locked;
     world.run(0.1);
     assert_eq!(world.navigator.mode(), NavigationMode::Hold);
+}
+
+#[test]
+fn a_hazard_leads_home_or_down_and_allows_nothing_else() {
+    for (reaction, place) in [(Reaction::Return, HOME), (Reaction::Land, Vec3::new(9.0, 2.0, 0.0))]
+    {
+        let mut world = World::flying();
+        world.ask(Request::GoTo(Setpoint::at(Vec3::new(9.0, 2.0, 2.0)))).unwrap();
+        world.run(12.0);
+        for _ in 0..6000 {
+            world.navigator.react(world.mode, Some(reaction));
+            world.run(0.01);
+            if world.mode == Mode::Flying {
+                let hold = world.ask(Request::Hold);
+                assert_eq!(hold, Err(NavigationRefusal::Hazard));
+            }
+        }
+        assert_eq!(world.mode, Mode::Disarmed, "{reaction:?}");
+        world.assert_near(place);
+    }
+    let mut world = World::flying();
+    world.navigator.react(world.mode, Some(Reaction::Land));
+    assert_eq!(world.ask(Request::Return), Err(NavigationRefusal::Hazard));
+    world.navigator.react(world.mode, Some(Reaction::Return));
+    assert_eq!(world.navigator.mode(), NavigationMode::Land, "a landing is not broken off");
+    world.navigator.react(world.mode, None);
+    world.ask(Request::Hold).unwrap();
+    world.navigator.react(world.mode, Some(Reaction::Warn));
+    world.ask(Request::TakeOff(None)).unwrap();
+}
+
+#[test]
+fn a_vehicle_that_does_not_lift_is_disarmed() {
+    let mut world = World::armed();
+    world.ask(Request::TakeOff(None)).unwrap();
+    for _ in 0..1000 {
+        world.run(0.01);
+        (world.vehicle.position_world, world.vehicle.velocity_world) = (HOME, Vec3::ZERO);
+    }
+    assert_eq!((world.mode, world.events), (Mode::Disarmed, vec![NavigationEvent::TakeOffFailed]));
 }
 
 #[test]
