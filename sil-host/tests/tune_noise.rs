@@ -151,7 +151,7 @@ fn ringing(proposal: &Proposal, frequency: f64) -> [f64; 2] {
         "initial.position=[0.001, -0.001, 5.001]".to_owned(),
         "disturbance.noise.acceleration=0".to_owned(),
         "disturbance.noise.torque=0".to_owned(),
-        format!("rate_filter.low_pass={{ frequency = {frequency:?}, quality = 0.7071 }}"),
+        format!("rate_filter.low_pass={{ frequency = {frequency:?}, quality = 0.7 }}"),
     ];
     let loaded = LoadedScenario::parse("ringing", &proposal.scenario(), &changes);
     let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
@@ -165,7 +165,7 @@ fn flights_ring_below_the_predicted_corner_of_a_low_pass_and_not_above() {
     let proposal = proposal(HALF_KILOGRAM);
     let hover = Hover::new(&proposal.law);
     let phase = |frequency: f64| {
-        let low_pass = Some(LowPassConfig { frequency: frequency as f32, quality: 0.7071 });
+        let low_pass = Some(LowPassConfig { frequency: frequency as f32, quality: 0.7 });
         let filter = RateFilterConfig { low_pass, ..RateFilterConfig::default() };
         [(Which::Lateral, 0), (Which::Attitude, 0), (Which::Heading, 2)]
             .map(|(which, axis)| {
