@@ -210,7 +210,7 @@ def tune(
         ScenarioError: a value that cannot be read or is out of its range.
         InfeasibleError: no gains meet the request.
     """
-    scenario, report, details = _core.tune_gains(
+    scenario, text, details = _core.tune_gains(
         os.fspath(vehicle),
         position_bandwidth=position_bandwidth,
         attitude_bandwidth=attitude_bandwidth,
@@ -226,4 +226,4 @@ def tune(
         fly_check=check,
         progress=report(progress, "check"),
     )
-    return Proposal(Scenario.parse(scenario, "tuned"), report, json.loads(details))
+    return Proposal(Scenario.parse(scenario, "tuned"), text, json.loads(details))
