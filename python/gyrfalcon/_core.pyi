@@ -230,6 +230,7 @@ __all__ = [
     "built_in_campaigns",
     "built_in_scenarios",
     "facing",
+    "failure_probability",
     "merge_shards",
     "processor_extensions",
     "quantities",

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _core
 from ._core import Scenario
-from .progress import Progress, report
+from .progress import Progress, reporter
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -129,7 +129,7 @@ def campaign(
         OSError: results cannot be written.
     """
     opened = definition_of(definition, set=set, runs=runs, first_seed=first_seed)
-    told = report(progress, opened.name)
+    told = reporter(progress, opened.name)
     summary = opened.fly(out, shard=shard, threads=threads, restart=restart, progress=told)
     return _result(summary)
 
@@ -224,6 +224,6 @@ def tune(
         noise_torque_max=noise_torque_max,
         rotation_slope=rotation_slope,
         fly_check=check,
-        progress=report(progress, "check"),
+        progress=reporter(progress, "check"),
     )
     return Proposal(Scenario.parse(scenario, "tuned"), text, json.loads(details))

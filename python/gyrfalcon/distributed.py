@@ -20,7 +20,7 @@ import ray
 from . import _core
 from .campaigns import CampaignResult, definition_of, merge
 from .errors import CampaignError
-from .progress import Progress, Report, report
+from .progress import Progress, Report, reporter
 
 FILES = ("runs.csv", "campaign.toml")
 """Files of a share that the join reads; all others follow from them."""
@@ -131,7 +131,7 @@ def campaign(
         for number in range(1, shards + 1)
     ]
     try:
-        told = report(progress, opened.name)
+        told = reporter(progress, opened.name)
         _wait(tasks, lambda: ray.get(counter.counts.remote()), opened.runs, told)
         return _join(opened, tasks, shards, storage, Path(out))
     finally:

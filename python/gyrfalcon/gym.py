@@ -64,8 +64,9 @@ class Lanes:
         self.task = task
         self.scenario = opened(task.scenario)
         _, thrust, torque = Controller(self.scenario).bounds
-        limits = torque if task.torque_max is None else np.broadcast_to(np.float32(task.torque_max), 3)
-        self.scale = np.array([task.thrust_max or thrust, *limits], np.float32)
+        given = torque if task.torque_max is None else np.asarray(task.torque_max, np.float32)
+        torques = np.broadcast_to(given, 3)
+        self.scale = np.array([task.thrust_max or thrust, *torques], np.float32)
         if self.scale[1:].max() > 1e30:
             raise ValueError("torque_max must be given: the scenario's controller has no limit of its own")
         self.initial = self.scenario.initial_state

@@ -51,7 +51,7 @@ class Bar:
         self._width = len(text)
 
 
-def report(progress: Progress | bool | None, name: str) -> Report | None:
+def reporter(progress: Progress | bool | None, name: str) -> Report | None:
     """What is called for the `progress` that a caller asks for: True shows a bar."""
     if progress is None or progress is False:
         return None

@@ -157,6 +157,9 @@ fn splitting_finds_a_probability_below_one_in_a_million_that_is_known() {
     fs::write(&path, &text[..text.len() / 2 + 7]).expect("cut");
     fly(&directory, &["--threads", "4", "--out", "one"]);
     assert!(files(&directory.join("one/offset")) == whole);
+    let output = sil_host(&directory, &["campaign", "offset.toml", "--only", "1"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("its page lists commands"));
     // Flights of something else are not taken for its own.
     let foreign = String::from_utf8(text).expect("UTF-8").replacen("\n0,", "\n3,", 1);
     fs::write(&path, foreign).expect("written");

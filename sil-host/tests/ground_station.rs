@@ -7,7 +7,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -31,6 +31,8 @@ fn tool(name: &str) -> PathBuf {
 /// A vehicle that flies until it is stopped.
 struct Flown {
     program: Child,
+    /// Kept to the end: it may have read further than the lines taken from it.
+    stdout: BufReader<ChildStdout>,
     out: PathBuf,
     tcp: String,
     udp: u16,
@@ -53,7 +55,8 @@ impl Flown {
         command.arg(format!("127.0.0.1:{udp}")).arg("--out").arg(&out);
         command.args(options);
         let mut program = command.stdout(Stdio::piped()).spawn().expect("it starts");
-        let mut lines = BufReader::new(program.stdout.as_mut().expect("piped")).lines();
+        let mut stdout = BufReader::new(program.stdout.take().expect("piped"));
+        let mut lines = stdout.by_ref().lines();
         let mut shown = Vec::new();
         let tcp = loop {
             let line = lines.next().expect("the ports are shown").expect("UTF-8");
@@ -63,7 +66,7 @@ impl Flown {
                 break address.split(": ").next().expect("an address").to_owned();
             }
         };
-        Self { program, out, tcp, udp, shown }
+        Self { program, stdout, out, tcp, udp, shown }
     }
 
     /// Runs a script to its end; what it printed.
@@ -88,10 +91,9 @@ impl Flown {
     fn stop(mut self) -> String {
         let id = self.program.id().to_string();
         assert!(Command::new("kill").args(["-INT", &id]).status().expect("kill").success());
-        let mut stdout = self.program.stdout.take().expect("piped");
         let good = finish(&mut self.program, Duration::from_secs(60)).expect("it stops");
         let mut text = self.shown.join("\n");
-        stdout.read_to_string(&mut text).expect("UTF-8");
+        self.stdout.read_to_string(&mut text).expect("UTF-8");
         assert!(good, "a guarantee is violated, or the flight failed:\n{text}");
         text
     }

@@ -108,6 +108,10 @@ pub fn repeat(
     options: &FlightOptions,
     before: &dyn Fn(&str),
 ) -> Result<Vec<FlightReport>, CampaignError> {
+    if campaign.definition().splitting.is_some() {
+        let message = "a flight of `[splitting]` has no seed of its own: its page lists commands";
+        return Err(CampaignError::Usage(message.to_owned()));
+    }
     let index = campaign.index(seed).ok_or_else(|| {
         let (first, last) = (campaign.seed(0), campaign.seed(campaign.runs() - 1));
         let name = campaign.name();

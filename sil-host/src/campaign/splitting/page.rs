@@ -6,8 +6,9 @@ use super::Splitting;
 use super::estimate::RareProbability;
 use super::walk::Place;
 use crate::asset;
-use crate::campaign::Campaign;
 use crate::campaign::report::definition;
+use crate::campaign::{Campaign, Variant};
+use sim::number::number;
 
 /// Runs whose commands are listed.
 const LISTED: usize = 20;
@@ -84,12 +85,31 @@ fn commands<'a>(
     places: impl Iterator<Item = &'a Place>,
 ) -> Markup {
     let variant = &campaign.variants()[0];
-    let command =
-        |place: &Place| campaign.command(variant, &campaign.values_at(&place.unit()), place.seed);
     html! {
         @if rare.finished {
             p.muted { "Particles at the end: draws of the runs that violate the guarantee." }
-            @for place in places.take(LISTED) { pre { code { (command(place)) } } }
+            .table { table {
+                thead { tr {
+                    @for parameter in campaign.parameters() { th.n { (parameter.path) } }
+                    th.n { "seed" } th { "command" }
+                } }
+                tbody { @for place in places.take(LISTED) { (run(campaign, variant, place)) } }
+            } }
+        }
+    }
+}
+
+/// Values, seed and command of one run.
+fn run(campaign: &Campaign, variant: &Variant, place: &Place) -> Markup {
+    let values = campaign.values_at(&place.unit());
+    html! {
+        tr {
+            @for value in &values { td.n { (number(*value)) } }
+            td.n { (place.seed) }
+            td.command {
+                button type="button" { "Copy" }
+                code { (campaign.command(variant, &values, place.seed)) }
+            }
         }
     }
 }
