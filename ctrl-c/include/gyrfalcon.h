@@ -365,7 +365,7 @@ typedef struct {
      * Gain of its estimate: of controller 1 (N m), of controller 2 (1/s^2).
      */
     float gamma_t;
-} GyrfalconIntegral;
+} gyrfalcon_integral;
 
 /**
  * Configuration of either controller.
@@ -431,7 +431,7 @@ typedef struct {
     /**
      * Integral action against lasting disturbances.
      */
-    GyrfalconIntegral integral;
+    gyrfalcon_integral integral;
 } gyrfalcon_config;
 
 /**

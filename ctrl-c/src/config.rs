@@ -168,13 +168,13 @@ impl TryFrom<GyrfalconConfig> for ControllerConfig {
     type Error = i32;
 
     fn try_from(config: GyrfalconConfig) -> Result<Self, i32> {
-        config.to_core().map_err(|Failure(code)| code)
+        config.core_config().map_err(|Failure(code)| code)
     }
 }
 
 impl GyrfalconConfig {
     /// The core's configuration; refuses another version and an unknown kind.
-    pub(crate) fn to_core(self) -> Result<ControllerConfig, Failure> {
+    pub(crate) fn core_config(&self) -> Result<ControllerConfig, Failure> {
         if self.abi_version != GYRFALCON_ABI_VERSION {
             return Err(Failure(GYRFALCON_WRONG_ABI_VERSION));
         }

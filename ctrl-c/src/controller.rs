@@ -144,17 +144,34 @@ unsafe fn configure(
     }
     // SAFETY: the caller's promise.
     let (config, refusal) = unsafe { (access::input(config)?, access::optional(refusal)?) };
-    let controller = config.to_core()?.build().map_err(|error| refused(&error, refusal))?;
-    let state = controller.initial_state();
     let content = memory.cast::<Content>();
     // Field by field, so that the whole is not put together on the stack first.
     // SAFETY: not null, aligned, and large enough for the content (asserted above).
     unsafe {
-        (&raw mut (*content).controller).write(controller);
-        (&raw mut (*content).state).write(state);
+        put_controller(config, refusal, &raw mut (*content).controller)?;
+        (&raw mut (*content).state).write((*content).controller.initial_state());
         (&raw mut (*content).started).write(0.0);
         (&raw mut (*content).steps).write(0);
         (&raw mut (*content).mark).write(CONFIGURED);
+    }
+    Ok(())
+}
+
+/// Writes the controller of `config` to `place`, once every condition holds. Not inlined: its copies leave the
+/// stack before the state is made.
+///
+/// # Safety
+/// `place` may be written.
+#[inline(never)]
+unsafe fn put_controller(
+    config: &GyrfalconConfig,
+    refusal: Option<&mut GyrfalconRefusal>,
+    place: *mut AnyController,
+) -> Result<(), Failure> {
+    match config.core_config()?.build() {
+        // SAFETY: the caller's promise.
+        Ok(controller) => unsafe { place.write(controller) },
+        Err(error) => return Err(refused(&error, refusal)),
     }
     Ok(())
 }

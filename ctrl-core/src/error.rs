@@ -142,7 +142,8 @@ pub(crate) trait Judge {
     /// Judges `condition`; an error stops the constructor.
     fn judge(&mut self, condition: Condition) -> Result<(), ConfigError>;
 
-    /// [`judge`](Self::judge) of a condition in its parts.
+    /// [`judge`](Self::judge) of a condition in its parts. Not inlined, for its size.
+    #[inline(never)]
     fn require(
         &mut self,
         parameter: &'static str,
@@ -153,7 +154,9 @@ pub(crate) trait Judge {
         self.judge(Condition { parameter, value, bound, source })
     }
 
-    /// A condition on each axis of `value`; one condition while all axes are alike.
+    /// A condition on each axis of `value`; one condition while all axes are alike. Not inlined: a constructor
+    /// has ten of them, and each would take code and stack of its own.
+    #[inline(never)]
     fn require_axes(
         &mut self,
         names: &'static AxisNames,

@@ -133,7 +133,8 @@ fn first_tier() -> Result<()> {
 
 /// The first tier, the firmware's tests, and those that need QEMU, a browser or Python.
 fn all_tests() -> Result<()> {
-    run(on_host(&["test"]).args(["--features", SECOND_TIER]))
+    // All of them, so that one run tells everything that fails.
+    run(on_host(&["test", "--no-fail-fast"]).args(["--features", SECOND_TIER]))
 }
 
 fn core_for_target() -> Result<()> {

@@ -62,6 +62,7 @@ impl Cascade {
 }
 
 /// Assumptions 1 to 3.
+#[inline(never)]
 fn require_uncertainty(judge: &mut impl Judge, known: &Uncertainty) -> Result<(), ConfigError> {
     judge.require("uncertainty.mass.lower", known.mass.lower, Positive, "Assumption 1")?;
     let above = Inside(known.mass.lower, 1e6);
@@ -79,6 +80,7 @@ fn require_uncertainty(judge: &mut impl Judge, known: &Uncertainty) -> Result<()
 }
 
 /// Initial estimates inside their sets.
+#[inline(never)]
 fn require_initial(
     judge: &mut impl Judge,
     initial: &InitialEstimate,
@@ -93,6 +95,7 @@ fn require_initial(
 }
 
 /// Signs of the gains.
+#[inline(never)]
 fn require_gains(judge: &mut impl Judge, gains: &CascadeGains) -> Result<(), ConfigError> {
     judge.require("cascade.k1", gains.k1, Positive, "step 1")?;
     judge.require("cascade.k2", gains.k2, Positive, "step 1")?;
@@ -109,6 +112,7 @@ fn require_gains(judge: &mut impl Judge, gains: &CascadeGains) -> Result<(), Con
 
 /// The thrust bounds (19) and (20); refuses gains for which (19) fails. `lasting` is `D_c`: horizontal, so
 /// that it joins `D1` in (20) and leaves (19), which is about the vertical axis.
+#[inline(never)]
 fn thrust_bounds(
     judge: &mut impl Judge,
     known: &Uncertainty,
@@ -133,6 +137,7 @@ fn thrust_bounds(
 }
 
 /// Loops of steps 1 to 3.
+#[inline(never)]
 fn require_integrable_cascade(
     judge: &mut impl Judge,
     step_period: f32,

@@ -1,4 +1,4 @@
-//! Filters of the measured body rate: a low-pass and notches, each a [`biquad`] section.
+//! Filters of the measured body rate: a low-pass and notches, each a section of second order.
 //!
 //! Gyros pass on the noise of their electronics and the vibration of the rotors, and the laws answer rate noise with torque at once
 //! (`-k4 w_e`). A low-pass takes off what is above the loop's bandwidth, a notch the line of the rotors. Both delay the rate within the

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 
 /// The checked-in header.
 pub const HEADER: &str = "ctrl-c/include/gyrfalcon.h";
@@ -38,7 +38,17 @@ fn generate() -> Result<String> {
     let mut text = Vec::new();
     builder.generate().context("cbindgen")?.write(&mut text);
     let text = String::from_utf8(text).context("the header")?;
+    if let Some(name) = rust_name(&text) {
+        bail!("{name} has no name in C: add it to [export.rename] of {SETTINGS}");
+    }
     Ok(for_readers_of_c(&text))
+}
+
+/// The first type that has no name of its own in C yet.
+fn rust_name(header: &str) -> Option<&str> {
+    let not_in_a_name = |letter: char| !letter.is_ascii_alphanumeric() && letter != '_';
+    let is_type = |word: &&str| word.strip_prefix("Gyrfalcon").is_some_and(|rest| !rest.is_empty());
+    header.split(not_in_a_name).find(is_type)
 }
 
 /// Replaces what only Rust's documentation understands.
@@ -56,11 +66,16 @@ fn for_readers_of_c(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::for_readers_of_c;
+    use super::{for_readers_of_c, rust_name};
 
     #[test]
     fn sections_about_safety_and_links_are_left_out() {
         let text = "/*\n * Text of [`a`].\n *\n * # Safety\n * None.\n */\nint f(void);\n";
         assert_eq!(for_readers_of_c(text), "/*\n * Text of `a`.\n */\nint f(void);\n");
+    }
+    #[test]
+    fn a_type_without_a_name_in_c_is_found() {
+        assert_eq!(rust_name("/* Gyrfalcon's */ gyrfalcon_config *config;"), None);
+        assert_eq!(rust_name("    GyrfalconIntegral integral;"), Some("GyrfalconIntegral"));
     }
 }

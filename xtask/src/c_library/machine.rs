@@ -1,5 +1,6 @@
 //! Machine code of the exported functions on the target: everything that each can reach.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
@@ -16,10 +17,11 @@ use crate::wcet::{Bounds, Model};
 /// The function that is held to the rules of a control step.
 pub const STEP: &str = "gyrfalcon_step";
 
-/// Links the object to addresses, and follows every call of every exported function.
-pub fn check(library: &Library) -> Result<()> {
+/// Links the object to addresses, and follows every call of every exported function; the stack of each (B).
+pub fn check(library: &Library) -> Result<BTreeMap<String, u64>> {
     let path = link(library)?;
     let (image, listing) = (Image::read(&path)?, disassemble(&path)?);
+    let mut stacks = BTreeMap::new();
     println!(
         "{}: {} B of code and constants; each function with what it calls",
         library.target,
@@ -39,13 +41,14 @@ pub fn check(library: &Library) -> Result<()> {
         }
         let stack = graph.stack(&image).context(function.clone())?.bytes;
         println!("{:>8} {stack:>8}  {function}", graph.code_size());
+        stacks.insert(function.clone(), stack);
     }
     let graph = CallGraph::walk(&image, &listing, STEP)?;
     let faults = machine_code::faults(&graph, &Sources::open(&path)?, &[], false)?;
     ensure!(faults.is_empty(), "`{STEP}`: {}", faults.join("\n"));
     let bound = Bounds::of(STEP, &image, &listing)?.get(Model::Instructions);
     println!("{STEP}: at most {bound} instructions");
-    Ok(())
+    Ok(stacks)
 }
 
 fn link(library: &Library) -> Result<PathBuf> {

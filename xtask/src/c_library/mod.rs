@@ -33,12 +33,12 @@ pub fn check() -> Result<()> {
     header::check()?;
     let library = Library::build(&host()?)?;
     let target = Library::build(TARGET)?;
-    machine::check(&target)?;
+    let stacks = machine::check(&target)?;
     install::install(&library, Path::new(PREFIX))?;
     let aarch64 = Path::new(AARCH64_PREFIX);
     install::install(&Library::build(AARCH64)?, aarch64)?;
     tests::run_all(Path::new(PREFIX), aarch64)?;
-    integrations::crazyflie(Path::new(PREFIX), &target)?;
+    integrations::crazyflie(Path::new(PREFIX), &target, &stacks)?;
     integrations::px4(Path::new(PREFIX))
 }
 
