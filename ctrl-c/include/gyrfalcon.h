@@ -23,7 +23,7 @@
 /**
  * Version of this interface: of the layout of its structs and of the meaning of its codes.
  */
-#define GYRFALCON_ABI_VERSION 2
+#define GYRFALCON_ABI_VERSION 3
 
 /**
  * Done.
@@ -134,12 +134,12 @@
 /**
  * Words of eight bytes in a controller's memory.
  */
-#define GYRFALCON_CONTROLLER_WORDS 80
+#define GYRFALCON_CONTROLLER_WORDS 88
 
 /**
  * Bytes of a controller's memory.
  */
-#define GYRFALCON_CONTROLLER_SIZE 640
+#define GYRFALCON_CONTROLLER_SIZE 704
 
 /**
  * The wrench is the last one that was computed from good input (or the safe initial one).
@@ -368,6 +368,20 @@ typedef struct {
 } gyrfalcon_integral;
 
 /**
+ * Rotors that lag behind the torque command, as the law takes them to be; all zero: none.
+ */
+typedef struct {
+    /**
+     * Time constant with which the torque follows the command (s).
+     */
+    float lag;
+    /**
+     * Time constant that the lead leaves of it (s); zero for no lead.
+     */
+    float residual_lag;
+} gyrfalcon_rotors;
+
+/**
  * Configuration of either controller.
  */
 typedef struct {
@@ -432,6 +446,10 @@ typedef struct {
      * Integral action against lasting disturbances.
      */
     gyrfalcon_integral integral;
+    /**
+     * Model of the rotors behind the torque command; all zero: none.
+     */
+    gyrfalcon_rotors rotors;
 } gyrfalcon_config;
 
 /**

@@ -2,6 +2,7 @@
 
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::ControllerConfig;
+use ctrl_core::rotors::RotorModel;
 use ctrl_core::vehicle::{InitialEstimate, Uncertainty};
 
 use crate::access::Sized32;
@@ -79,6 +80,16 @@ pub struct GyrfalconIntegral {
     pub gamma_t: f32,
 }
 
+/// Rotors that lag behind the torque command, as the law takes them to be; all zero: none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct GyrfalconRotors {
+    /// Time constant with which the torque follows the command (s).
+    pub lag: f32,
+    /// Time constant that the lead leaves of it (s); zero for no lead.
+    pub residual_lag: f32,
+}
+
 /// Configuration of either controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
@@ -114,6 +125,8 @@ pub struct GyrfalconConfig {
     pub gamma3: f32,
     /// Integral action against lasting disturbances.
     pub integral: GyrfalconIntegral,
+    /// Model of the rotors behind the torque command; all zero: none.
+    pub rotors: GyrfalconRotors,
 }
 
 impl Sized32 for GyrfalconConfig {}
@@ -163,6 +176,12 @@ impl From<GyrfalconIntegral> for IntegralAction {
     }
 }
 
+impl From<GyrfalconRotors> for RotorModel {
+    fn from(rotors: GyrfalconRotors) -> Self {
+        Self { lag: rotors.lag, residual_lag: rotors.residual_lag }
+    }
+}
+
 /// The core's configuration; the error is the result code of another version or an unknown kind.
 impl TryFrom<GyrfalconConfig> for ControllerConfig {
     type Error = i32;
@@ -189,6 +208,7 @@ impl GyrfalconConfig {
                     k4: self.k4.into(),
                     gamma2: self.gamma2.into(),
                     integral: self.integral.into(),
+                    rotors: self.rotors.into(),
                 }))
             }
             GYRFALCON_SATURATED => Ok(ControllerConfig::Saturated(SaturatedConfig {
@@ -204,6 +224,7 @@ impl GyrfalconConfig {
                 gamma2: self.gamma2.into(),
                 gamma3: self.gamma3,
                 integral: self.integral.into(),
+                rotors: self.rotors.into(),
             })),
             _ => Err(Failure(GYRFALCON_UNKNOWN_KIND)),
         }
@@ -247,6 +268,10 @@ impl From<&ControllerConfig> for GyrfalconConfig {
                 gamma_d: integral.gamma_d,
                 torque_max: integral.torque_max,
                 gamma_t: integral.gamma_t,
+            },
+            rotors: GyrfalconRotors {
+                lag: config.rotors().lag,
+                residual_lag: config.rotors().residual_lag,
             },
             ..Self::default()
         };

@@ -9,9 +9,9 @@ use crate::result::code::{GYRFALCON_MEMORY_TOO_SMALL, GYRFALCON_NOT_CONFIGURED};
 use crate::result::{Failure, GYRFALCON_ABI_VERSION, code_of};
 
 /// Words of eight bytes in a controller's memory.
-pub const GYRFALCON_CONTROLLER_WORDS: usize = 80;
+pub const GYRFALCON_CONTROLLER_WORDS: usize = 88;
 /// Bytes of a controller's memory.
-pub const GYRFALCON_CONTROLLER_SIZE: usize = 640;
+pub const GYRFALCON_CONTROLLER_SIZE: usize = 704;
 
 /// A controller with its state. The caller provides the memory, set to zero before first use, and
 /// leaves its content to the library; a copy of it is another controller in the same state.

@@ -34,7 +34,7 @@ mod types;
 pub use checkpoint::{GyrfalconCheckpoint, gyrfalcon_get_checkpoint, gyrfalcon_resume};
 pub use config::{
     GYRFALCON_ROBUST_ADAPTIVE, GYRFALCON_SATURATED, GyrfalconCascade, GyrfalconConfig,
-    GyrfalconInitial, GyrfalconIntegral, GyrfalconUncertainty,
+    GyrfalconInitial, GyrfalconIntegral, GyrfalconRotors, GyrfalconUncertainty,
 };
 pub use controller::{
     GYRFALCON_CONTROLLER_SIZE, GYRFALCON_CONTROLLER_WORDS, GyrfalconController,

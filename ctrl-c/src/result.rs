@@ -3,7 +3,7 @@
 use core::ffi::{CStr, c_char};
 
 /// Version of this interface: of the layout of its structs and of the meaning of its codes.
-pub const GYRFALCON_ABI_VERSION: u32 = 2;
+pub const GYRFALCON_ABI_VERSION: u32 = 3;
 
 /// Result codes.
 pub mod code {

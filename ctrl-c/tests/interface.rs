@@ -14,7 +14,7 @@ use glam::{Quat, Vec3};
 use gyrfalcon::code::{GYRFALCON_OK, GYRFALCON_PARAMETER_REFUSED};
 use gyrfalcon::*;
 
-/// The same with other gains and bounds about each axis.
+/// The same with other gains and bounds about each axis, and a model of the rotors.
 fn unlike(mut config: GyrfalconConfig) -> GyrfalconConfig {
     config.k4.z *= 0.8;
     config.gamma2.y *= 0.5;
@@ -22,6 +22,7 @@ fn unlike(mut config: GyrfalconConfig) -> GyrfalconConfig {
     config.cascade.k3.y *= 0.9;
     config.uncertainty.disturbance_torque.z *= 0.2;
     config.uncertainty.inertia.upper.z *= 1.5;
+    config.rotors = GyrfalconRotors { lag: 0.03, residual_lag: 0.01 };
     config
 }
 
@@ -61,6 +62,7 @@ fn configs() -> [ControllerConfig; 4] {
         k5: 0.5,
         gamma3: 0.01,
         integral: GyrfalconIntegral::default(),
+        rotors: GyrfalconRotors::default(),
     };
     let first = GyrfalconConfig { kind: GYRFALCON_ROBUST_ADAPTIVE, k4: splat(0.5), ..config };
     [first, unlike(first), config, unlike(config)]

@@ -24,7 +24,7 @@ const TURN_MAX: f32 = 0.5;
 
 /// Below this sum of squares of `w_a` (rad/s) and `eps_a` the auxiliary system counts as at rest: 1e-7
 /// is the rounding of a unit quaternion, and an exponential decay would end in subnormal numbers. Not
-/// while a torque saturates: dropped tick after tick, what saturation takes would never enter (39).
+/// while a torque saturates or lags: dropped tick after tick, what that takes would never enter (39).
 const REST_SQUARE: f32 = 1e-14;
 
 /// The auxiliary system (38), (39) of controller 2; at rest for controller 1.
@@ -107,7 +107,7 @@ impl AuxiliaryIntegrator {
         dt: f32,
         rate_world: Vec3,
         drive: Vec3,
-        saturated: bool,
+        driven: bool,
     ) -> StepStatus {
         let Auxiliary { attitude, rate } = auxiliary.unwrap_or(Auxiliary::REST);
         // q_a' = 1/2 A(q_a) W_a = 1/2 [0, R o] ⊗ q_a (38)
@@ -123,7 +123,7 @@ impl AuxiliaryIntegrator {
             rate = clip(rate, Vec3::splat(self.rate_max));
             status = StepStatus::AUXILIARY_CLIPPED;
         }
-        let moving = saturated || square + next.length_squared() > REST_SQUARE;
+        let moving = driven || square + next.length_squared() > REST_SQUARE;
         *auxiliary = moving.then_some(Auxiliary { attitude, rate });
         status
     }

@@ -9,6 +9,7 @@ use glam::Vec3;
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
+use crate::rotors::RotorModel;
 use crate::vehicle::{InitialEstimate, Uncertainty};
 
 /// Gains of the cascade that both controllers share: steps 1 to 3 of the paper.
@@ -91,6 +92,9 @@ pub struct RobustAdaptiveConfig {
     /// Integral action against lasting disturbances; off by default.
     #[cfg_attr(feature = "serde", serde(default))]
     pub integral: IntegralAction,
+    /// Rotors that lag behind the torque command; off by default.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub rotors: RotorModel,
 }
 
 /// Configuration of controller 2, with limited thrust and torque (Theorem 2).
@@ -126,6 +130,9 @@ pub struct SaturatedConfig {
     /// Integral action against lasting disturbances; off by default.
     #[cfg_attr(feature = "serde", serde(default))]
     pub integral: IntegralAction,
+    /// Rotors that lag behind the torque command; off by default.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub rotors: RotorModel,
 }
 
 /// Point of resumption of a controller: its estimates, and the decay of the smoothing.

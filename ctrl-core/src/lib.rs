@@ -29,6 +29,7 @@
 //! use ctrl_core::controller::TrackingController;
 //! use ctrl_core::reference::Reference;
 //! use ctrl_core::robust_adaptive::RobustAdaptive;
+//! use ctrl_core::rotors::RotorModel;
 //! use ctrl_core::vehicle::{
 //!     InitialEstimate, Interval, Uncertainty, VectorInterval, VehicleState,
 //! };
@@ -51,6 +52,7 @@
 //!     k4: Vec3::splat(0.5),
 //!     gamma2: Vec3::splat(0.01),
 //!     integral: IntegralAction::OFF,
+//!     rotors: RotorModel::OFF,
 //! })?;
 //! let mut state = controller.initial_state();
 //! let height = Vec3::new(0.0, 0.0, 5.0);
@@ -89,6 +91,7 @@ pub mod per_axis;
 pub mod reference;
 pub mod robust_adaptive;
 pub mod rotation;
+pub mod rotors;
 pub mod saturated;
 pub mod saturation;
 pub mod setpoint;

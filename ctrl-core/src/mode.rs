@@ -77,6 +77,21 @@ pub enum Cause {
     Hazard,
 }
 
+impl Cause {
+    /// The reason in words.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::SamplesMissed => "state samples missed",
+            Self::StepsFaulted => "the law could not be evaluated",
+            Self::Overruns => "control overruns",
+            Self::Fault => "fault",
+            Self::Killed => "kill switch",
+            Self::Hazard => "hazard",
+        }
+    }
+}
+
 /// Command of an operator or host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
@@ -116,10 +131,12 @@ pub enum Refusal {
     Hazard(Hazards),
 }
 
-impl fmt::Display for Refusal {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(match self {
-            Self::Hazard(hazards) => return hazards.fmt(out),
+impl Refusal {
+    /// The reason in words; [`Hazard`](Self::Hazard) without its names.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Hazard(_) => "a hazard is present",
             Self::Killed => "the kill switch is on",
             Self::NotArmed => "not armed",
             Self::StateStale => "too few good state samples in a row",
@@ -127,7 +144,16 @@ impl fmt::Display for Refusal {
             Self::Fault => "a fault is present",
             Self::InFailsafe => "in failsafe: start or disarm",
             Self::Locked => "locked: disarm first",
-        })
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Hazard(hazards) => hazards.fmt(out),
+            _ => out.write_str(self.as_str()),
+        }
     }
 }
 

@@ -7,6 +7,14 @@
 //! tau = -k4 w_e - eps_e + Y a_hat - D2 h(w_e, delta_r)                       (34)
 //! a_hat' = Proj[J_lo, J_hi]( -gamma2 Y^T w_e )                               (35)
 //! ```
+//! With a model of the rotors ([`crate::rotors`]) and the torque `tau_m` that it says acts,
+//!
+//! ```text
+//! w_e = w - mu - w_a
+//! tau = -k4 (w - mu) - eps_e + Y a_hat - D2 h(w_e, delta_r)
+//! w_a' = diag(a_hat)^-1 ( tau_m - tau - k4 w_a )
+//! a_hat' = Proj[J_lo, J_hi]( -gamma2 (Y + diag(w_a'))^T w_e )
+//! ```
 //! With integral action, `tau` less `t_hat`, `t_hat' = Proj[-D_t, D_t]( gamma_t w_e )`.
 
 use glam::{Quat, Vec3};
@@ -21,6 +29,7 @@ use crate::controller::{
 use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, axis_names, require};
 use crate::reference::Reference;
 use crate::rotation::vector_part;
+use crate::rotors::{Commanded, RotorLag};
 use crate::saturation::smooth_sign_value;
 use crate::vehicle::{VectorInterval, VehicleState, WrenchBounds};
 
@@ -29,6 +38,7 @@ use crate::vehicle::{VectorInterval, VehicleState, WrenchBounds};
 pub struct RobustAdaptive {
     cascade: Cascade,
     config: RobustAdaptiveConfig,
+    rotors: Option<RotorLag>,
 }
 
 /// Memory of controller 1 between two steps.
@@ -37,12 +47,28 @@ pub struct RobustAdaptiveState {
     cascade: CascadeState,
     /// `a_hat`.
     inertia: Estimate<Vec3>,
+    /// `w_a` and the torque that acts (N m); at rest without a model of the rotors.
+    behind_rotors: BehindRotors,
+}
+
+/// What a model of the rotors adds to the memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct BehindRotors {
+    /// `w_a` (rad/s).
+    rate: Vec3,
+    /// Torque that acts by the model (N m).
+    acting_torque: Vec3,
 }
 
 /// Step 4: torque and adaptation.
 struct Law {
     rate_error: Vec3,
+    torque_demand: Vec3,
     torque: Vec3,
+    /// Mean of the torque that acts over the step: `torque` without a model of the rotors.
+    acting: Vec3,
+    /// `w_a'`.
+    auxiliary_rate_dot: Vec3,
     inertia_rate: Vec3,
     /// `t_hat'`.
     lasting_rate: Vec3,
@@ -96,7 +122,8 @@ impl RobustAdaptive {
             expression "step_period * (k4 + D2/delta_min_rotation + J_hi k3/2)/J_lo"
         );
         require_integrable_axes(judge, names, config.step_period, rate)?;
-        Ok(Self { cascade, config: *config })
+        let rotors = RotorLag::new(&config.rotors, config.step_period, judge)?;
+        Ok(Self { cascade, config: *config, rotors })
     }
 
     /// The configuration that was validated.
@@ -118,30 +145,69 @@ impl RobustAdaptive {
         Ok(RobustAdaptiveState {
             cascade: self.cascade.resume(checkpoint, torque)?,
             inertia: Estimate::new(checkpoint.inertia),
+            behind_rotors: BehindRotors::default(),
         })
     }
 
     /// Step 4 at body rate `w`.
     #[inline(always)]
     fn law(&self, state: &RobustAdaptiveState, evaluation: &Evaluation, w: Vec3) -> Law {
-        let Self { cascade, config } = self;
+        let Self { cascade, config, rotors } = self;
         let mu_dot = evaluation.virtual_rate.mu_dot;
-        let rate_error = w - evaluation.virtual_rate.mu;
+        let without_auxiliary = w - evaluation.virtual_rate.mu;
+        let rate_error = match rotors {
+            Some(_) => without_auxiliary - state.behind_rotors.rate,
+            None => without_auxiliary,
+        };
         let inertia = state.inertia.value();
         let regressor_inertia = w.cross(w * inertia) + mu_dot * inertia; // Y a_hat
         let sign = smooth_sign_value(rate_error, cascade.delta_squared_rotation(&state.cascade));
-        let mut torque = regressor_inertia
-            - config.k4 * rate_error
+        let mut torque_demand = regressor_inertia
+            - config.k4 * without_auxiliary
             - vector_part(evaluation.attitude_error)
             - config.uncertainty.disturbance_torque * sign; // (34)
         let mut lasting_rate = Vec3::ZERO;
         if let Some(integral) = &cascade.integral.torque {
             let t_hat = state.cascade.integral.torque.value();
-            torque -= t_hat;
+            torque_demand -= t_hat;
             lasting_rate = integral.rate(t_hat, rate_error);
         }
-        let transposed = w * rate_error.cross(w) + mu_dot * rate_error; // Y^T w_e
-        Law { rate_error, torque, inertia_rate: -config.gamma2 * transposed, lasting_rate } // (35)
+        let mut law = Law {
+            rate_error,
+            torque_demand,
+            torque: torque_demand,
+            acting: torque_demand,
+            auxiliary_rate_dot: Vec3::ZERO,
+            inertia_rate: Vec3::ZERO,
+            lasting_rate,
+        };
+        let mut transposed = w * rate_error.cross(w) + mu_dot * rate_error; // Y^T w_e
+        if let Some(rotors) = rotors {
+            let (commanded, auxiliary_rate_dot) = self.behind(rotors, state, torque_demand);
+            (law.torque, law.acting) = (commanded.torque, commanded.acting);
+            law.auxiliary_rate_dot = auxiliary_rate_dot;
+            transposed += auxiliary_rate_dot * rate_error;
+        }
+        law.inertia_rate = -config.gamma2 * transposed; // (35)
+        law
+    }
+
+    /// Command behind `rotors`, and `w_a'`.
+    #[cold]
+    #[inline(never)]
+    fn behind(
+        &self,
+        rotors: &RotorLag,
+        state: &RobustAdaptiveState,
+        torque_demand: Vec3,
+    ) -> (Commanded, Vec3) {
+        let BehindRotors { rate, acting_torque } = state.behind_rotors;
+        let commanded = rotors.command(torque_demand, Vec3::MAX, acting_torque);
+        let RobustAdaptiveConfig { k4, step_period, .. } = self.config;
+        // Implicit in the decay, as (39) is.
+        let rate_dot = (commanded.acting - torque_demand - k4 * rate)
+            / (state.inertia.value() + step_period * k4);
+        (commanded, rate_dot)
     }
 
     /// Advances the memory; called only when every number is finite.
@@ -159,7 +225,13 @@ impl RobustAdaptive {
             status |= StepStatus::INERTIA_PROJECTED;
         }
         status |= self.cascade.integrate_torque(&mut state.cascade, law.lasting_rate);
-        self.cascade.commit(&mut state.cascade, evaluation, law.torque, law.torque, status)
+        if let Some(rotors) = &self.rotors {
+            let memory = &mut state.behind_rotors;
+            memory.rate += self.config.step_period * law.auxiliary_rate_dot;
+            memory.acting_torque = rotors.after(memory.acting_torque, law.torque);
+        }
+        let (torque, demand) = (law.torque, law.torque_demand);
+        self.cascade.commit(&mut state.cascade, evaluation, torque, demand, status)
     }
 }
 
@@ -170,6 +242,7 @@ impl TrackingController for RobustAdaptive {
         RobustAdaptiveState {
             cascade: self.cascade.initial_state(),
             inertia: Estimate::new(self.config.initial.inertia),
+            behind_rotors: BehindRotors::default(),
         }
     }
 
@@ -209,8 +282,10 @@ impl AdaptiveController for RobustAdaptive {
         }
         observe(&Intermediates {
             rate_error: law.rate_error,
-            torque_demand_body: law.torque,
+            torque_demand_body: law.torque_demand,
             torque_body: law.torque,
+            acting_torque_body: law.acting,
+            auxiliary_rate_dot: law.auxiliary_rate_dot,
             inertia_rate: law.inertia_rate,
             lasting_torque_rate: law.lasting_rate,
             ..evaluation.intermediates(&self.cascade, &state.cascade)
@@ -239,8 +314,8 @@ impl AdaptiveController for RobustAdaptive {
         state.cascade.attitude_error
     }
 
-    fn auxiliary(&self, _: &RobustAdaptiveState) -> Auxiliary {
-        Auxiliary::REST
+    fn auxiliary(&self, state: &RobustAdaptiveState) -> Auxiliary {
+        Auxiliary { rate: state.behind_rotors.rate, ..Auxiliary::REST }
     }
 
     fn lasting(&self, state: &RobustAdaptiveState) -> LastingEstimates {

@@ -12,6 +12,7 @@
 //! Pi_hat'    = Proj[-1, 1]( gamma3 B w_e )                                    (52)
 //! ```
 //! With integral action, the bracket of (50) less `s_hat`, `s_hat' = Proj[-D_t/J_lo, D_t/J_lo]( gamma_t w_e )`.
+//! With a model of the rotors ([`crate::rotors`]) (38), (39) and (51) take the torque that it says acts.
 //! The auxiliary system with `q_a` and `w_a`, (38) to (41), is in `auxiliary.rs`.
 
 use glam::{Quat, Vec3};
@@ -29,6 +30,7 @@ use crate::controller::{
 use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, axis_names, require};
 use crate::reference::Reference;
 use crate::rotation::vector_part;
+use crate::rotors::{Commanded, RotorLag};
 use crate::saturation::{clip, smooth_sign_value};
 use crate::sqrt::sqrt;
 use crate::vehicle::{VectorInterval, VehicleState, WrenchBounds};
@@ -42,6 +44,7 @@ pub struct Saturated {
     inverse_inertia_min: Vec3,
     inverse_inertia_max: Vec3,
     auxiliary: AuxiliaryIntegrator,
+    rotors: Option<RotorLag>,
     /// `D2/J_lo`.
     disturbance_rate: Vec3,
 }
@@ -56,6 +59,8 @@ pub struct SaturatedState {
     gyroscopic_ratio: Estimate<Vec3>,
     /// `q_a` and `w_a`; `None` at rest, where they stay until a torque saturates.
     auxiliary: Option<Auxiliary>,
+    /// Torque that acts by the model of the rotors (N m).
+    acting_torque: Vec3,
 }
 
 /// Step 4: torque before and after saturation, and the rates of the memory.
@@ -63,6 +68,9 @@ struct Law {
     rate_error: Vec3,
     torque_demand: Vec3,
     torque: Vec3,
+    /// Mean of the torque that acts over the step: `torque` without a model of the rotors.
+    acting: Vec3,
+    saturated: bool,
     /// `theta_hat`.
     theta: Vec3,
     inverse_inertia_rate: Vec3,
@@ -75,7 +83,7 @@ impl Law {
     /// `diag(theta_hat)(tau - tau_d)`, the drive of (39).
     #[inline(always)]
     fn auxiliary_drive(&self) -> Vec3 {
-        self.theta * (self.torque - self.torque_demand)
+        self.theta * (self.acting - self.torque_demand)
     }
 }
 
@@ -128,6 +136,7 @@ impl Saturated {
         )?;
         judge.require("gamma3", config.gamma3, Bound::NotNegative, "(52)")?;
         require_law_integrable(judge, config)?;
+        let rotors = RotorLag::new(&config.rotors, config.step_period, judge)?;
         cascade.bounds.torque_max = config.torque_max;
         let VectorInterval { lower, upper } = config.uncertainty.inertia;
         Ok(Self {
@@ -136,6 +145,7 @@ impl Saturated {
             inverse_inertia_min: 1.0 / upper,
             inverse_inertia_max: 1.0 / lower,
             auxiliary: AuxiliaryIntegrator::new(config.k4, config.step_period),
+            rotors,
             disturbance_rate: config.uncertainty.disturbance_torque / lower,
         })
     }
@@ -180,6 +190,7 @@ impl Saturated {
             inverse_inertia: Estimate::new(checkpoint.inverse_inertia),
             gyroscopic_ratio: Estimate::new(checkpoint.gyroscopic_ratio),
             auxiliary: (checkpoint.auxiliary != Auxiliary::REST).then_some(checkpoint.auxiliary),
+            acting_torque: Vec3::ZERO,
         })
     }
 
@@ -207,13 +218,21 @@ impl Saturated {
             lasting_rate = integral.rate(s_hat, rate_error);
         }
         let torque_demand = demand / theta; // (50)
-        let torque = clip(torque_demand, config.torque_max); // (37)
+        let Commanded { torque, acting, saturated } = match &self.rotors {
+            Some(rotors) => rotors.command(torque_demand, config.torque_max, state.acting_torque),
+            None => {
+                let torque = clip(torque_demand, config.torque_max); // (37)
+                Commanded { torque, acting: torque, saturated: torque != torque_demand }
+            }
+        };
         Law {
             rate_error,
             torque_demand,
             torque,
+            acting,
+            saturated,
             theta,
-            inverse_inertia_rate: config.gamma2 * torque * rate_error, // (51)
+            inverse_inertia_rate: config.gamma2 * acting * rate_error, // (51)
             gyroscopic_ratio_rate: config.gamma3 * products * rate_error, // (52)
             lasting_rate,
         }
@@ -224,8 +243,12 @@ impl Saturated {
     fn commit(&self, state: &mut SaturatedState, evaluation: &Evaluation, law: &Law) -> StepOutput {
         let dt = self.config.step_period;
         let mut status = evaluation.status;
-        let saturated = law.torque != law.torque_demand;
-        status.set(StepStatus::TORQUE_SATURATED, saturated);
+        status.set(StepStatus::TORQUE_SATURATED, law.saturated);
+        let mut driven = law.saturated;
+        if let Some(rotors) = &self.rotors {
+            state.acting_torque = rotors.after(state.acting_torque, law.torque);
+            driven = true;
+        }
         let (lower, upper) = (self.inverse_inertia_min, self.inverse_inertia_max);
         let theta = state.inverse_inertia.advance(dt * law.inverse_inertia_rate, lower, upper);
         let increment = dt * law.gyroscopic_ratio_rate;
@@ -234,11 +257,10 @@ impl Saturated {
             status |= StepStatus::INERTIA_PROJECTED;
         }
         status |= self.cascade.integrate_torque(&mut state.cascade, law.lasting_rate);
-        if saturated || state.auxiliary.is_some() {
+        if driven || state.auxiliary.is_some() {
             let rate_world = evaluation.virtual_rate.auxiliary_rate_world;
             let drive = law.auxiliary_drive();
-            status |=
-                self.auxiliary.advance(&mut state.auxiliary, dt, rate_world, drive, saturated);
+            status |= self.auxiliary.advance(&mut state.auxiliary, dt, rate_world, drive, driven);
         }
         let (torque, demand) = (law.torque, law.torque_demand);
         self.cascade.commit(&mut state.cascade, evaluation, torque, demand, status)
@@ -276,6 +298,7 @@ impl TrackingController for Saturated {
             inverse_inertia: Estimate::new(inverse),
             gyroscopic_ratio: Estimate::new(Vec3::ZERO),
             auxiliary: None,
+            acting_torque: Vec3::ZERO,
         }
     }
 
@@ -319,6 +342,7 @@ impl AdaptiveController for Saturated {
             rate_error: law.rate_error,
             torque_demand_body: law.torque_demand,
             torque_body: law.torque,
+            acting_torque_body: law.acting,
             inverse_inertia_rate: law.inverse_inertia_rate,
             gyroscopic_ratio_rate: law.gyroscopic_ratio_rate,
             lasting_torque_rate: law.lasting_rate,

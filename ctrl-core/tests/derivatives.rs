@@ -10,6 +10,7 @@ use ctrl_core::config::{
 use ctrl_core::controller::{AdaptiveController, Auxiliary, Intermediates, LastingEstimates};
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
+use ctrl_core::rotors::RotorModel;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::{CircleConfig, Heading, Trajectory, TrajectoryConfig};
 use ctrl_core::vehicle::{
@@ -122,6 +123,7 @@ fn controllers(delta_1: f32, integral: IntegralAction) -> (RobustAdaptive, Satur
         k4: Vec3::new(0.5, 0.4, 0.2),
         gamma2: Vec3::ZERO,
         integral,
+        rotors: RotorModel::OFF,
     });
     let second = Saturated::new(&SaturatedConfig {
         step_period,
@@ -136,6 +138,7 @@ fn controllers(delta_1: f32, integral: IntegralAction) -> (RobustAdaptive, Satur
         gamma2: Vec3::ZERO,
         gamma3: 0.0,
         integral,
+        rotors: RotorModel::OFF,
     });
     (first.expect("gains that it accepts"), second.expect("gains that it accepts"))
 }

@@ -10,6 +10,7 @@ use ctrl_core::controller::{
 };
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
+use ctrl_core::rotors::RotorModel;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VectorInterval, VehicleState};
 use glam::{Quat, Vec3};
@@ -149,6 +150,7 @@ impl GoldenStep {
                 gamma2,
                 gamma3: gain("gamma3") * adaptation,
                 integral: IntegralAction::OFF,
+                rotors: RotorModel::OFF,
             })
         } else {
             ControllerConfig::RobustAdaptive(RobustAdaptiveConfig {
@@ -160,6 +162,7 @@ impl GoldenStep {
                 k4,
                 gamma2,
                 integral: IntegralAction::OFF,
+                rotors: RotorModel::OFF,
             })
         }
     }

@@ -1,7 +1,8 @@
 //! Data between the control group and the groups below it, exchanged under short locks.
 
 use ctrl_core::controller::AnyController;
-use ctrl_core::mode::{Command, Mode, Refusal};
+use ctrl_core::mode::safety::{Hazards, SafetyReport};
+use ctrl_core::mode::{Cause, Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
 use link::Telemetry;
 
@@ -107,6 +108,24 @@ impl Inbox {
     }
 }
 
+/// State of the control group for ground stations, as of the latest release of telemetry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControlView {
+    /// Readiness to arm, or the reason against it.
+    pub ready: Result<(), Refusal>,
+    /// Commanded thrust (N).
+    pub thrust: f32,
+    /// Reason for the latest change to a safer mode, as of the latest tick.
+    pub cause: Option<Cause>,
+}
+
+impl Default for ControlView {
+    /// Before the first tick.
+    fn default() -> Self {
+        Self { ready: Err(Refusal::StateStale), thrust: 0.0, cause: None }
+    }
+}
+
 /// From the control group.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Outbox {
@@ -116,6 +135,25 @@ pub struct Outbox {
     pub answer: Option<Result<Mode, Refusal>>,
     /// The latest tick for telemetry, until it is sent.
     pub telemetry: Option<Telemetry>,
+    /// The same for ground stations.
+    pub view: ControlView,
+    /// The reaction to hazards, and those that have come up since they were taken.
+    pub safety: SafetyReport,
+}
+
+impl Outbox {
+    /// Tells the hazards of a tick.
+    pub fn put_safety(&mut self, safety: &SafetyReport) {
+        let raised = self.safety.raised | safety.raised;
+        self.safety = SafetyReport { raised, ..*safety };
+    }
+
+    /// The hazards; each that has come up is reported once.
+    pub fn take_safety(&mut self) -> SafetyReport {
+        let safety = self.safety;
+        self.safety.raised = Hazards::empty();
+        safety
+    }
 }
 
 #[cfg(test)]
@@ -165,6 +203,20 @@ mod tests {
         inbox.put(prepared(), || Some(Command::Start));
         inbox.disarm();
         assert_eq!(inbox.take(false, false).command, Some(Command::Disarm));
+    }
+
+    #[test]
+    fn a_hazard_that_has_come_up_is_reported_once_and_not_lost() {
+        use ctrl_core::mode::safety::Reaction;
+        let mut outbox = Outbox::default();
+        let report =
+            |hazards, raised| SafetyReport { hazards, raised, reaction: Some(Reaction::Land) };
+        let (first, both) = (Hazards::GEOFENCE, Hazards::GEOFENCE | Hazards::SATURATION);
+        outbox.put_safety(&report(first, first));
+        outbox.put_safety(&report(both, Hazards::SATURATION));
+        assert_eq!(outbox.take_safety(), report(both, both));
+        outbox.put_safety(&report(both, Hazards::empty()));
+        assert_eq!(outbox.take_safety(), report(both, Hazards::empty()));
     }
 
     #[test]

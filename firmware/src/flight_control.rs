@@ -210,6 +210,12 @@ impl FlightControl {
         self.supervisor.readiness(&self.supervisor_state)
     }
 
+    /// Reason for the latest change to a safer mode.
+    #[must_use]
+    pub fn cause(&self) -> Option<Cause> {
+        self.supervisor_state.cause()
+    }
+
     /// Disarms, unless a fault keeps the vehicle locked.
     pub fn disarm(&mut self) {
         let state = &mut self.supervisor_state;

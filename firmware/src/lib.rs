@@ -10,6 +10,7 @@ extern crate std;
 pub mod evidence;
 pub mod exchange;
 pub mod flight_control;
+pub mod ground_station;
 mod literal;
 pub mod parameter_store;
 pub mod pilot;

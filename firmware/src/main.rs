@@ -2,18 +2,21 @@
 //!
 //! | task | priority | released by |
 //! |---|---|---|
-//! | `receive` | 5 | each byte on the link |
-//! | `control` | 4 | SysTick; in lock step `state_input`, when the host requests a tick |
-//! | `state_input` | 3 | `control` at each tick, `receive` at the end of a frame |
-//! | `telemetry`, `housekeeping` | 2, 1 | `control`, when due |
+//! | `receive`, `receive_mavlink` | 6 | each byte on the link, and on the port of the ground station |
+//! | `control` | 5 | SysTick; in lock step `state_input`, when the host requests a tick |
+//! | `state_input` | 4 | `control` at each tick, `receive` at the end of a frame |
+//! | `telemetry`, `housekeeping` | 3, 2 | `control`, when due |
+//! | `mavlink` | 1 | `state_input`, at every fourth tick |
 //!
-//! In lock step the lowest of these announces to the host that all work is done.
+//! In lock step `housekeeping` announces to the host that all work is done, but for that of `mavlink`, which no
+//! other task waits for: it has no deadline, and whatever it does delays nothing above it but by the locks of
+//! session and pilot, one message long.
 //!
 //! The lower groups are bound to interrupts that a flight controller on an F405 leaves free, and
 //! pended by software: DCMI and CRYP belong to units that this chip does not have, HASH_RNG to its
-//! random number generator alone. No executor and no waker: every call is direct, so that the stack can
-//! be bounded statically. `receive` is above control because a byte must be taken within 5 us; it moves
-//! one byte.
+//! random number generator alone, FSMC to memory that its package with 64 pins has no pins for. No executor and no
+//! waker: every call is direct, so that the stack can be bounded statically. `receive` is above control because a
+//! byte must be taken within 5 us; it moves one byte.
 #![no_std]
 #![no_main]
 
@@ -33,13 +36,17 @@ mod app {
     use firmware::board::peripherals::{
         Peripherals, Rotors, WATCHDOG_TIMEOUT, now, start_control_tick,
     };
-    use firmware::board::transmitter::Transmitter;
+    use firmware::board::transmitter::{MavlinkTransmitter, Transmitter};
     use firmware::board::{Active, Board, ROTORS};
     use firmware::event_log::EventLog;
     use firmware::exchange::{ControlStatus, Inbox, Outbox};
     use firmware::fault::{UPTIME, fault_before_boot};
     use firmware::flight_control::FlightControl;
+    use firmware::ground_station::{
+        BYTES_PER_RELEASE, Behind, FRAMES_PER_RELEASE, GroundStation, RELEASE_EVERY,
+    };
     use firmware::parameter_store::{Found, ParameterStore};
+    use firmware::pilot::Pilot;
     use firmware::rate_loop::{Due, Group};
     use firmware::scenario::{BUILT_IN_MISSION, Tuning};
     use firmware::session::{HostSession, SessionConfig, SessionMemory};
@@ -49,13 +56,16 @@ mod app {
     use firmware::{rates, scenario};
     use heapless::spsc::{Consumer, Producer, Queue};
     use link::{Decoder, Downlink, Health, LinkStatistics, ParametersInForce, Uplink};
-    use stm32f4xx_hal::pac::{Interrupt, USART2};
+    use mavlink_vehicle::ProtocolMemory;
+    use stm32f4xx_hal::pac::{Interrupt, USART2, USART3};
     use stm32f4xx_hal::prelude::*;
     use stm32f4xx_hal::serial::Rx;
     use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
     /// Bytes that may wait for `state_input`: two ticks of the link at full rate.
     const RECEIVED: usize = 512;
+    /// Bytes that may wait for `mavlink`: those of 11 ms.
+    const RECEIVED_MAVLINK: usize = 1024;
     /// Most answers per release of `telemetry`.
     const ANSWERS_PER_RELEASE: usize = 2;
 
@@ -65,6 +75,7 @@ mod app {
         inbox: &'static mut Inbox,
         outbox: Outbox,
         session: &'static mut HostSession<'static>,
+        pilot: &'static mut Pilot,
         link: LinkStatistics,
         health: Option<Health>,
         transmitter: Transmitter,
@@ -78,6 +89,11 @@ mod app {
         received_in: Producer<'static, u8>,
         received_out: Consumer<'static, u8>,
         decoder: Decoder<Uplink>,
+        station: &'static mut GroundStation,
+        mavlink_receiver: Rx<USART3>,
+        mavlink_in: Producer<'static, u8>,
+        mavlink_out: Consumer<'static, u8>,
+        mavlink_transmitter: MavlinkTransmitter,
         watchdog: IndependentWatchdog,
         store: ParameterStore<<Active as Board>::Storage>,
         events: EventLog,
@@ -85,6 +101,10 @@ mod app {
 
     /// What takes hundreds of bytes is a static, zero at first, and filled in place.
     #[init(local = [queue: Queue<u8, RECEIVED> = Queue::new(),
+                    mavlink_queue: Queue<u8, RECEIVED_MAVLINK> = Queue::new(),
+                    pilot_memory: MaybeUninit<Pilot> = MaybeUninit::uninit(),
+                    station_memory: MaybeUninit<GroundStation> = MaybeUninit::uninit(),
+                    protocol_memory: ProtocolMemory = ProtocolMemory::new(),
                     memory: SessionMemory = SessionMemory::new(),
                     session_memory: MaybeUninit<HostSession<'static>> = MaybeUninit::uninit(),
                     inbox_memory: MaybeUninit<Inbox> = MaybeUninit::uninit(),
@@ -114,7 +134,12 @@ mod app {
         let flight = begin_flight(cx.local.flight_memory, session.law());
         let prepared = session.prepare(ControlStatus::default());
         let inbox = cx.local.inbox_memory.write(Inbox::new(prepared, session.law()));
+        let Ok(pilot) = Pilot::moderate_in(cx.local.pilot_memory, session.law()) else {
+            panic!("damaged scenario")
+        };
+        let station = GroundStation::new_in(cx.local.station_memory, cx.local.protocol_memory);
         let (received_in, received_out) = cx.local.queue.split();
+        let (mavlink_in, mavlink_out) = cx.local.mavlink_queue.split();
         defmt::info!(
             "{=str}: scenario {=str}, control at {=u32} Hz",
             Active::NAME,
@@ -129,6 +154,7 @@ mod app {
                 inbox,
                 outbox: Outbox::default(),
                 session,
+                pilot,
                 link: LinkStatistics::default(),
                 health: None,
                 transmitter: Transmitter::new(peripherals.transmitter),
@@ -140,6 +166,11 @@ mod app {
                 received_in,
                 received_out,
                 decoder: Decoder::default(),
+                station,
+                mavlink_receiver: peripherals.mavlink_receiver,
+                mavlink_in,
+                mavlink_out,
+                mavlink_transmitter: MavlinkTransmitter::new(peripherals.mavlink_transmitter),
                 watchdog: peripherals.watchdog,
                 store,
                 events: EventLog::default(),
@@ -190,7 +221,7 @@ mod app {
     }
 
     /// Takes one byte from the wire; a full queue drops it, and the frame's checksum shows that.
-    #[task(binds = USART2, priority = 5, local = [receiver, received_in])]
+    #[task(binds = USART2, priority = 6, local = [receiver, received_in])]
     fn receive(cx: receive::Context) {
         let mut ended = false;
         Active::receive(cx.local.receiver, |byte| {
@@ -202,8 +233,17 @@ mod app {
         }
     }
 
+    /// Takes one byte of a ground station from the wire; a full queue drops it.
+    #[task(binds = USART3, priority = 6, local = [mavlink_receiver, mavlink_in])]
+    fn receive_mavlink(cx: receive_mavlink::Context) {
+        // One byte: another that has come meanwhile raises the interrupt again.
+        if let Ok(byte) = cx.local.mavlink_receiver.read() {
+            let _ = cx.local.mavlink_in.enqueue(byte);
+        }
+    }
+
     /// Supervision, law, rotors; then releases the groups that are due.
-    #[task(binds = SysTick, priority = 4, shared = [ticks, inbox, outbox],
+    #[task(binds = SysTick, priority = 5, shared = [ticks, inbox, outbox],
            local = [flight, rotors])]
     fn control(cx: control::Context) {
         let control::SharedResources { mut ticks, mut inbox, mut outbox, .. } = cx.shared;
@@ -236,9 +276,13 @@ mod app {
             let (mode, flight_tick) = (outputs.mode, outputs.flight_tick);
             outbox.status = ControlStatus { mode, flight_tick, uptime: tick.uptime };
             outbox.answer = outputs.answer.or(outbox.answer);
+            outbox.put_safety(&outputs.safety);
             if tick.due.contains(Group::Telemetry) {
                 outbox.telemetry = Some(flight.telemetry(&outputs, cost));
+                let (ready, thrust) = (flight.readiness(), outputs.wrench.thrust);
+                (outbox.view.ready, outbox.view.thrust) = (ready, thrust);
             }
+            outbox.view.cause = outputs.cause;
         });
         Active::exercise(tick.uptime);
         release(tick.due);
@@ -274,37 +318,53 @@ mod app {
     }
 
     /// Decodes frames, handles their messages, and prepares the inputs of the next tick.
-    #[task(binds = DCMI, priority = 3, shared = [ticks, inbox, outbox, session, link],
+    #[task(binds = DCMI, priority = 4, shared = [ticks, inbox, outbox, session, pilot, link],
            local = [received_out, decoder])]
     fn state_input(cx: state_input::Context) {
         let state_input::SharedResources { mut ticks, mut inbox, mut outbox, .. } = cx.shared;
-        let (mut session, mut link) = (cx.shared.session, cx.shared.link);
+        let (session, pilot, mut link) = (cx.shared.session, cx.shared.pilot, cx.shared.link);
         let state_input::LocalResources { received_out, decoder, .. } = cx.local;
-        let (status, answer) = outbox.lock(|outbox| (outbox.status, outbox.answer.take()));
+        let (status, answer, safety) =
+            outbox.lock(|outbox| (outbox.status, outbox.answer.take(), outbox.take_safety()));
         let (origin, lock_step_ended) =
             ticks.lock(|ticks| (ticks.origin(), ticks.take_lock_step_ended()));
-        let (request, answers) = session.lock(|session| {
+        let (request, answers) = (session, pilot).lock(|session, pilot| {
             if let Some(answer) = answer {
+                pilot.answered(answer);
                 session.answered(answer);
             }
             if lock_step_ended {
                 session.refuse_commands();
+                pilot.drop_command();
             }
+            session.set_piloted(pilot.has_command());
             for _ in 0..RECEIVED {
                 let Some(byte) = received_out.dequeue() else { break };
                 if let Some(received) = decoder.push(byte) {
                     session.handle(received, status, origin);
                 }
             }
-            let prepared = session.prepare(status);
             if let Some(law) = session.take_law() {
+                // Without a bound that suits it, stations do not fly the vehicle: it says so itself.
+                let _ = pilot.follow(law);
                 inbox.lock(|inbox| inbox.put_law(law));
             }
-            inbox.lock(|inbox| inbox.put(prepared, || session.next_command()));
+            let prepared = pilot.prepare(session, status, &safety);
+            let health = pilot.health(session, status);
+            let storing = session.is_storing();
+            inbox.lock(|inbox| {
+                inbox.put_health(false, health);
+                inbox.put(prepared, || {
+                    pilot.next_command(storing).or_else(|| session.next_command())
+                });
+            });
             ticks.lock(|ticks| ticks.time_telemetry(session.telemetry_period()));
             (session.take_lock_step_request(), session.has_answers())
         });
         link.lock(|link| *link = decoder.statistics());
+        if status.uptime.is_multiple_of(RELEASE_EVERY) {
+            rtic::pend(Interrupt::FSMC);
+        }
         let pend = ticks.lock(|ticks| {
             ticks.finish(Group::StateInput, now());
             request.map(|request| ticks.apply(request))
@@ -322,7 +382,7 @@ mod app {
     }
 
     /// Sends telemetry, answers and the health report.
-    #[task(binds = CRYP, priority = 2, shared = [ticks, outbox, session, health, transmitter])]
+    #[task(binds = CRYP, priority = 3, shared = [ticks, outbox, session, health, transmitter])]
     fn telemetry(cx: telemetry::Context) {
         let telemetry::SharedResources { mut ticks, mut outbox, mut session, .. } = cx.shared;
         let (mut health, mut transmitter) = (cx.shared.health, cx.shared.transmitter);
@@ -354,7 +414,7 @@ mod app {
 
     /// Log, health report, stored parameters, watchdog; in lock step, announces to the host that all
     /// work of its request is done.
-    #[task(binds = HASH_RNG, priority = 1,
+    #[task(binds = HASH_RNG, priority = 2,
            shared = [ticks, outbox, session, link, health, transmitter],
            local = [watchdog, store, events])]
     fn housekeeping(cx: housekeeping::Context) {
@@ -383,6 +443,36 @@ mod app {
         if let Some(uptime_ticks) = ticks.lock(|ticks| ticks.take_announcement()) {
             transmitter.lock(|transmitter| transmitter.send(&Downlink::Stepped { uptime_ticks }));
             Active::exchange();
+        }
+    }
+    /// Speaks MAVLink with a ground station: messages that have come, then what is due to be sent.
+    #[task(binds = FSMC, priority = 1, shared = [outbox, session, pilot],
+           local = [station, mavlink_out, mavlink_transmitter])]
+    fn mavlink(cx: mavlink::Context) {
+        let (mut session, mut pilot) = (cx.shared.session, cx.shared.pilot);
+        let mut outbox = cx.shared.outbox;
+        let mavlink::LocalResources { station, mavlink_out, mavlink_transmitter, .. } = cx.local;
+        let (status, view) = outbox.lock(|outbox| (outbox.status, outbox.view));
+        for taken in 0..BYTES_PER_RELEASE {
+            let packet = match mavlink_out.dequeue() {
+                Some(byte) => station.push(byte),
+                None if taken == 0 => station.silence(),
+                None => break,
+            };
+            if let Some(packet) = packet {
+                (&mut session, &mut pilot).lock(|session, pilot| {
+                    station.handle(&packet, Behind { session, pilot, status, view });
+                });
+            }
+            if mavlink_out.is_empty() {
+                break;
+            }
+        }
+        for _ in 0..FRAMES_PER_RELEASE {
+            let frame = (&mut session, &mut pilot)
+                .lock(|session, pilot| station.next_frame(Behind { session, pilot, status, view }));
+            let Some(frame) = frame else { break };
+            mavlink_transmitter.send(frame.as_bytes());
         }
     }
 }

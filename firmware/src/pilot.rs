@@ -2,22 +2,28 @@
 //! and the modes of a commanded flight.
 //!
 //! A [`Pilot`] is memory of its own; [`PilotedVehicle`] lends it the session while a message is handled.
-//! There is one parameter store and one supervisor, whichever protocol speaks.
+//! There is one parameter store and one supervisor, whichever protocol speaks. Who arms the vehicle flies it:
+//! references are the navigator's after a station's Arm, and the session's after that of a host on the link.
+
+use core::mem::MaybeUninit;
 
 use ctrl_core::controller::{AdaptiveController, AnyController, TrackingController};
 use ctrl_core::error::ConfigError;
 use ctrl_core::mode::navigation::{
-    Navigation, NavigationConfig, NavigationEvent, NavigationRefusal, Navigator, Request,
+    CheckedNavigation, Navigation, NavigationConfig, NavigationEvent, NavigationRefusal, Navigator,
+    Request,
 };
-use ctrl_core::mode::safety::SafetyReport;
+use ctrl_core::mode::safety::{Reaction, SafetyReport};
 use ctrl_core::mode::{Command, Mode, Refusal};
+use ctrl_core::reference::Reference;
 use ctrl_core::setpoint::{Setpoint, ShaperConfig};
 use ctrl_core::vehicle::VehicleState;
 use heapless::Deque;
 use link::Rejection;
 use mavlink_vehicle::{ParameterRefusal, Vehicle, View};
 
-use crate::exchange::ControlStatus;
+use crate::exchange::{ControlStatus, PreparedInputs};
+use crate::flight_control::Health;
 use crate::session::HostSession;
 
 /// Events that wait for the protocol.
@@ -33,6 +39,14 @@ pub struct Pilot {
     in_control: Option<Queued>,
     answer: Option<Result<Mode, Refusal>>,
     events: Deque<NavigationEvent, EVENTS>,
+    /// The vehicle was armed by a station.
+    flies: bool,
+    /// The law has a bound `M_p` that references can be shaped inside.
+    fit: bool,
+    /// Uptime of the latest step, and its reference: inputs may be prepared more than once in a tick.
+    latest: Option<(u32, Reference)>,
+    /// Uptime of a station's latest message.
+    heard: u32,
 }
 
 /// A command and who gave it.
@@ -49,15 +63,44 @@ impl Pilot {
     /// # Errors
     /// Names what the navigation or the law refuses.
     pub fn new(config: &NavigationConfig, law: &AnyController) -> Result<Self, ConfigError> {
+        Ok(Self::on_the_ground(&Self::check(config, law)?))
+    }
+
+    fn check(
+        config: &NavigationConfig,
+        law: &AnyController,
+    ) -> Result<CheckedNavigation, ConfigError> {
         let shaper = &config.shaper;
         law.accept_limits(shaper.acceleration_max, shaper.step_period)?;
-        Ok(Self {
-            navigator: Navigator::new(config)?,
+        config.check()
+    }
+
+    #[inline(always)]
+    fn on_the_ground(checked: &CheckedNavigation) -> Self {
+        Self {
+            navigator: Navigator::of(checked),
             waiting: None,
             in_control: None,
             answer: None,
             events: Deque::new(),
-        })
+            flies: false,
+            fit: true,
+            latest: None,
+            heard: 0,
+        }
+    }
+
+    /// As [`new`](Self::new), with moderate limits, in `place`: a mission is kilobytes.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    #[inline(never)]
+    pub fn moderate_in<'p>(
+        place: &'p mut MaybeUninit<Self>,
+        law: &AnyController,
+    ) -> Result<&'p mut Self, ConfigError> {
+        let checked = Self::check(&Self::moderate(law), law)?;
+        Ok(place.write(Self::on_the_ground(&checked)))
     }
 
     /// Moderate limits for a vehicle under `law`: all of its `M_p`, and the speeds of a small vehicle near
@@ -112,19 +155,23 @@ impl Pilot {
     }
 
     /// Follows the reaction to hazards of the tick that ended in `mode`, before [`step`](Self::step), and
-    /// tells a station what has come up.
+    /// tells a station what has come up. In a flight that a host leads, only the supervisor's reactions are
+    /// carried out.
     pub fn react(&mut self, mode: Mode, safety: &SafetyReport) {
+        let led = !self.is_flown_by_another(mode);
+        let reaction = safety.reaction.filter(|reaction| led || *reaction >= Reaction::Failsafe);
         if !safety.raised.is_empty() {
-            let event = NavigationEvent::HazardRaised(safety.raised, safety.reaction);
+            let event = NavigationEvent::HazardRaised(safety.raised, reaction);
             // A station that does not listen misses the newest.
             let _ = self.events.push_back(event);
         }
-        self.navigator.react(mode, safety.reaction);
+        self.navigator.react(if led { mode } else { Mode::Disarmed }, reaction);
     }
 
     /// The reference of the next tick, after the one that ended in `mode`; commands that follow from it are
     /// queued.
     pub fn step(&mut self, mode: Mode, vehicle: Option<&VehicleState>) -> Navigation {
+        let mode = if self.is_flown_by_another(mode) { Mode::Disarmed } else { mode };
         let navigation = self.navigator.step(mode, vehicle);
         if let Some(event) = navigation.event {
             // A station that does not listen misses the newest.
@@ -139,18 +186,89 @@ impl Pilot {
         navigation
     }
 
-    /// The next command for the control group, once the one before is [answered](Self::answered).
-    pub fn next_command(&mut self) -> Option<Command> {
-        if self.in_control.is_some() {
+    /// The session's inputs of the tick after `status`, with the navigator's reference if a station flies the
+    /// vehicle; it makes one step per tick, however often it is asked, and follows the reaction to hazards.
+    pub fn prepare(
+        &mut self,
+        session: &mut HostSession<'_>,
+        status: ControlStatus,
+        safety: &SafetyReport,
+    ) -> PreparedInputs {
+        let mut prepared = session.prepare(status);
+        let reference = match self.latest {
+            Some((uptime, reference)) if uptime == status.uptime => reference,
+            _ => {
+                self.react(status.mode, safety);
+                let state = prepared.sample.map(|sample| sample.state);
+                let reference = self.step(status.mode, state.as_ref()).reference;
+                self.latest = Some((status.uptime, reference));
+                reference
+            }
+        };
+        if self.flies && status.mode != Mode::Disarmed {
+            prepared.reference = reference;
+        }
+        prepared
+    }
+
+    /// `true` while a host on the link flies the vehicle, the supervisor being in `mode`.
+    #[must_use]
+    pub fn is_flown_by_another(&self, mode: Mode) -> bool {
+        !self.flies && matches!(mode, Mode::Armed | Mode::Flying | Mode::Failsafe)
+    }
+
+    /// Takes note of a message of a station, at `uptime`.
+    pub fn hear(&mut self, uptime: u32) {
+        self.heard = uptime;
+    }
+
+    /// The state of the lines for the watch for hazards: in flight the silence is that of whoever armed the vehicle, on
+    /// the ground that of the last who spoke. Nothing here measures a battery or reads a remote control.
+    #[must_use]
+    pub fn health(&self, session: &HostSession<'_>, status: ControlStatus) -> Health {
+        let station = status.uptime.wrapping_sub(self.heard);
+        let host = status.uptime.wrapping_sub(session.heard());
+        let silence = match status.mode {
+            Mode::Armed | Mode::Flying | Mode::Failsafe if self.flies => station,
+            Mode::Armed | Mode::Flying | Mode::Failsafe => host,
+            Mode::Disarmed | Mode::Locked => station.min(host),
+        };
+        let step_period = self.navigator.config().shaper.step_period;
+        Health { link_silence: silence as f32 * step_period, ..Health::default() }
+    }
+
+    /// The next command for the control group, once the one before is [answered](Self::answered); while
+    /// parameters are being stored, none that could lead to flight.
+    pub fn next_command(&mut self, storing: bool) -> Option<Command> {
+        let command = self.waiting?.command;
+        if self.in_control.is_some()
+            || (storing && !matches!(command, Command::Disarm | Command::Kill))
+        {
             return None;
         }
         self.in_control = self.waiting.take();
-        self.in_control.map(|queued| queued.command)
+        Some(command)
     }
 
-    /// Takes the control group's answer, if the command was one of the pilot's.
+    /// `true` while a command waits for its answer.
+    #[must_use]
+    pub fn has_command(&self) -> bool {
+        self.waiting.is_some() || self.in_control.is_some()
+    }
+
+    /// Drops a command that waits when lock step ends: it was meant for rotors that are off.
+    pub fn drop_command(&mut self) {
+        self.waiting = None;
+    }
+
+    /// Takes the control group's answer: to the pilot's command, if there is one, otherwise to the session's,
+    /// of which it is told all the same.
     pub fn answered(&mut self, answer: Result<Mode, Refusal>) {
-        match self.in_control.take() {
+        let queued = self.in_control.take();
+        if answer == Ok(Mode::Armed) {
+            self.flies = queued.is_some();
+        }
+        match queued {
             Some(Queued { from_station: true, .. }) => self.answer = Some(answer),
             Some(Queued { command: Command::Start, .. }) if answer.is_err() => {
                 self.navigator.start_refused();
@@ -162,11 +280,13 @@ impl Pilot {
     /// Follows a change of the law: references stay inside its `M_p`.
     ///
     /// # Errors
-    /// When the shaping cannot use the bound.
-    fn follow(&mut self, law: &AnyController) -> Result<(), ConfigError> {
+    /// When the shaping cannot use the bound: stations do not fly the vehicle then.
+    pub fn follow(&mut self, law: &AnyController) -> Result<(), ConfigError> {
         let mut config = *self.navigator.config();
         config.shaper.acceleration_max = law.reference_acceleration_max();
-        self.navigator.reconfigure(&config)
+        let followed = self.navigator.reconfigure(&config);
+        self.fit = followed.is_ok();
+        followed
     }
 }
 
@@ -192,10 +312,21 @@ impl Vehicle for PilotedVehicle<'_, '_, '_> {
         &mut self.pilot.navigator
     }
 
+    fn out_of_command(&self) -> Option<&'static str> {
+        if self.pilot.is_flown_by_another(self.view.mode) {
+            return Some("flown over the other link");
+        }
+        (!self.pilot.fit).then_some("no reference suits the law's bound")
+    }
+
     fn command(&mut self, command: Command) -> Result<(), Refusal> {
         // Replaces what the navigator asked for: a station comes first.
         self.pilot.waiting = Some(Queued { command, from_station: true });
         Ok(())
+    }
+
+    fn hear(&mut self) {
+        self.pilot.hear(self.status.uptime);
     }
 
     fn take_answer(&mut self) -> Option<Result<Mode, Refusal>> {
@@ -215,13 +346,14 @@ impl Vehicle for PilotedVehicle<'_, '_, '_> {
     }
 
     fn write_parameter(&mut self, name: &str, value: f32) -> Result<(), ParameterRefusal> {
-        let before = (0..).map_while(|index| self.parameter_at(index));
-        let before = before.into_iter().find(|parameter| parameter.0 == name);
+        let all = (0..self.parameter_count()).filter_map(|index| self.parameter_at(index));
+        let before = all.into_iter().find(|parameter| parameter.0 == name);
         self.session.set_parameter(name, value, self.status).map_err(refusal)?;
         self.pilot.follow(self.session.law()).map_err(|error| {
             if let Some((name, value)) = before {
                 // It was in force a moment ago.
                 let _ = self.session.set_parameter(name, value, self.status);
+                let _ = self.pilot.follow(self.session.law());
             }
             error.into()
         })
@@ -274,7 +406,16 @@ mod tests {
 
     fn view(mode: Mode) -> View {
         let state = Some(VehicleState::at_rest(Vec3::ZERO));
-        View { time: 0, mode, state, ready: Ok(()), thrust: 0.0, load: 0.0, battery: None }
+        View {
+            time: 0,
+            mode,
+            cause: None,
+            state,
+            ready: Ok(()),
+            thrust: 0.0,
+            load: 0.0,
+            battery: None,
+        }
     }
 
     #[test]
@@ -325,7 +466,7 @@ mod tests {
         let mut pilot = pilot(&session);
         let here = VehicleState::at_rest(Vec3::ZERO);
         pilot.step(Mode::Disarmed, Some(&here));
-        assert_eq!(pilot.next_command(), None);
+        assert_eq!(pilot.next_command(false), None);
         let mut vehicle = PilotedVehicle {
             pilot: &mut pilot,
             session: &mut session,
@@ -333,16 +474,16 @@ mod tests {
             view: view(Mode::Disarmed),
         };
         vehicle.command(Command::Arm).unwrap();
-        assert_eq!(pilot.next_command(), Some(Command::Arm));
-        assert_eq!(pilot.next_command(), None);
+        assert_eq!(pilot.next_command(false), Some(Command::Arm));
+        assert_eq!(pilot.next_command(false), None);
         pilot.answered(Ok(Mode::Armed));
         assert_eq!(pilot.answer.take(), Some(Ok(Mode::Armed)));
         pilot.request(Mode::Armed, Request::TakeOff(None)).unwrap();
         pilot.step(Mode::Armed, Some(&here));
-        assert_eq!(pilot.next_command(), Some(Command::Start));
+        assert_eq!(pilot.next_command(false), Some(Command::Start));
         pilot.answered(Err(Refusal::StateStale));
         assert_eq!(pilot.answer, None);
         pilot.step(Mode::Armed, Some(&here));
-        assert_eq!(pilot.next_command(), None, "a refused start is not asked for again");
+        assert_eq!(pilot.next_command(false), None, "a refused start is not asked for again");
     }
 }

@@ -146,7 +146,7 @@ impl World {
     fn tick(&mut self) {
         self.remote.step(&mut self.pilot, self.mode, Some(&self.vehicle), 0.5);
         let reference = self.pilot.step(self.mode, Some(&self.vehicle)).reference;
-        if let Some(command) = self.pilot.next_command() {
+        if let Some(command) = self.pilot.next_command(false) {
             let next = match (self.mode, command) {
                 (Mode::Disarmed, Command::Arm) => Ok(Mode::Armed),
                 (Mode::Armed, Command::Start) => Ok(Mode::Flying),

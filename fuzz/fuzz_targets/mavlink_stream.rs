@@ -6,17 +6,16 @@
 //! flies only after it was armed.
 #![no_main]
 
-use firmware::session::SessionMemory;
-use fuzz::station::{MESSAGES, PilotedFlight, frame};
+use fuzz::station::{FlightMemory, MESSAGES, PilotedFlight, frame};
 use libfuzzer_sys::fuzz_target;
 use mavlink_vehicle::SigningKey;
 
 fuzz_target!(|data: &[u8]| {
     let Some((kind, data)) = data.split_first() else { return };
-    let mut memory = SessionMemory::new();
+    let mut memory = FlightMemory::default();
     let demands = matches!(*kind, 2 | 3);
     let key = if demands { SigningKey::new([7; 32]) } else { None };
-    let mut flight = PilotedFlight::with_key(&mut memory, key);
+    let mut flight = PilotedFlight::new(&mut memory, key);
     if matches!(*kind, 0 | 2) {
         for bytes in data.chunks(10) {
             flight.receive(bytes);

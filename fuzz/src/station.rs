@@ -12,7 +12,7 @@ use firmware::vehicle::VEHICLE;
 use glam::Vec3;
 use mavlink::Message;
 use mavlink::dialects::common::MavMessage;
-use mavlink_vehicle::{Decoder, Line, Protocol, ProtocolConfig, SigningKey, View};
+use mavlink_vehicle::{Decoder, Line, Protocol, ProtocolConfig, ProtocolMemory, SigningKey, View};
 
 /// Numbers of the messages that the protocol understands.
 pub const MESSAGES: [u32; 26] = [
@@ -35,12 +35,19 @@ pub fn frame(id: u32, payload: &[u8]) -> Vec<u8> {
     frame
 }
 
+/// Memory of a flight.
+#[derive(Default)]
+pub struct FlightMemory {
+    session: SessionMemory,
+    protocol: ProtocolMemory,
+}
+
 /// The image's vehicle with its pilot, ready to be armed.
 pub struct PilotedFlight<'m> {
     session: HostSession<'m>,
     pilot: Pilot,
     control: FlightControl,
-    protocol: Protocol,
+    protocol: Protocol<'m>,
     decoder: Decoder,
     status: ControlStatus,
     state: VehicleState,
@@ -48,28 +55,22 @@ pub struct PilotedFlight<'m> {
 }
 
 impl<'m> PilotedFlight<'m> {
-    /// On the ground, with a fresh state.
+    /// On the ground, with a fresh state; with a key, which nobody guesses, nothing that comes may have an effect.
     ///
     /// # Panics
     /// If the image's own configuration is refused.
     #[must_use]
-    pub fn new(memory: &'m mut SessionMemory) -> Self {
-        Self::with_key(memory, None)
-    }
-
-    /// The same; with a key, which nobody guesses, nothing that comes may have an effect.
-    ///
-    /// # Panics
-    /// If the image's own configuration is refused.
-    #[must_use]
-    pub fn with_key(memory: &'m mut SessionMemory, signing_key: Option<SigningKey>) -> Self {
+    pub fn new(memory: &'m mut FlightMemory, signing_key: Option<SigningKey>) -> Self {
+        let FlightMemory { session: memory, protocol } = memory;
+        let config = ProtocolConfig { signing_key, ..ProtocolConfig::default() };
+        let protocol = Protocol::new(&config, protocol);
         let session = crate::session(memory);
         let law = session.law();
         let mut flight = Self {
             pilot: Pilot::new(&Pilot::moderate(law), law).unwrap(),
             control: FlightControl::new(law, &VEHICLE.supervisor, &VEHICLE.geometry).unwrap(),
             session,
-            protocol: Protocol::new(&ProtocolConfig { signing_key, ..ProtocolConfig::default() }),
+            protocol,
             decoder: Decoder::new(),
             status: ControlStatus::default(),
             state: VehicleState::at_rest(Vec3::ZERO),
@@ -113,7 +114,7 @@ impl<'m> PilotedFlight<'m> {
             let inputs = Inputs {
                 sample: Some(StateSample { state: self.state, age_ticks: 0 }),
                 reference,
-                command: self.pilot.next_command(),
+                command: self.pilot.next_command(false),
                 overrun: false,
                 fault: false,
                 outputs_off: false,
@@ -153,6 +154,7 @@ impl<'m> PilotedFlight<'m> {
         View {
             time: u64::from(self.status.uptime) * 1000,
             mode: self.status.mode,
+            cause: self.control.cause(),
             state: Some(self.state),
             ready: self.control.readiness(),
             thrust: 0.0,

@@ -90,6 +90,8 @@ macro_rules! table {
             "integral.gamma_d" => integral.gamma_d,
             "integral.torque_max" => integral.torque_max,
             "integral.gamma_t" => integral.gamma_t,
+            "rotors.lag" => rotors.lag,
+            "rotors.residual_lag" => rotors.residual_lag,
         );
     };
     (@ $config:ty; [$($done:tt)*]; $name:literal => [$($field:ident).+], $($rest:tt)*) => {

@@ -2,7 +2,7 @@
 
 use ctrl_core::error::ConfigError;
 use ctrl_core::mode::navigation::{Airborne, NavigationMode, NavigationRefusal, Request};
-use ctrl_core::mode::{Command, Mode};
+use ctrl_core::mode::{Command, Mode, Refusal};
 use ctrl_core::setpoint::Setpoint;
 use glam::Vec3;
 use mavlink::dialects::common::{
@@ -12,8 +12,8 @@ use mavlink::dialects::common::{
 use crate::coordinates::{ned, yaw_ned};
 use crate::flight_mode::FlightMode;
 use crate::message::{COMMAND_ACK, Order, Place};
-use crate::protocol::{Protocol, result_of};
-use crate::status_text::Severity;
+use crate::protocol::{Protocol, ProtocolConfig, result_of};
+use crate::status_text::{Part, Severity, explained};
 use crate::vehicle::Vehicle;
 
 /// Time after which a command that the supervisor does not answer has failed (us).
@@ -58,7 +58,7 @@ type Outcome = Result<Option<MavResult>, Denial>;
 /// A refusal with its result.
 enum Denial {
     Navigation(NavigationRefusal),
-    Supervisor(ctrl_core::mode::Refusal),
+    Supervisor(Refusal),
     Reason(MavResult, &'static str),
 }
 
@@ -74,8 +74,8 @@ impl From<ConfigError> for Denial {
     }
 }
 
-impl From<ctrl_core::mode::Refusal> for Denial {
-    fn from(refusal: ctrl_core::mode::Refusal) -> Self {
+impl From<Refusal> for Denial {
+    fn from(refusal: Refusal) -> Self {
         Self::Supervisor(refusal)
     }
 }
@@ -83,7 +83,7 @@ impl From<ctrl_core::mode::Refusal> for Denial {
 const ACCEPTED: Outcome = Ok(Some(MavResult::MAV_RESULT_ACCEPTED));
 const UNSUPPORTED: Outcome = Ok(Some(MavResult::MAV_RESULT_UNSUPPORTED));
 
-impl Protocol {
+impl Protocol<'_> {
     /// Carries out a command and acknowledges it.
     pub(crate) fn order<V: Vehicle>(&mut self, order: &Order, station: (u8, u8), vehicle: &mut V) {
         let result = match self.carry_out(order, station, vehicle) {
@@ -115,7 +115,8 @@ impl Protocol {
                 self.supervise(Command::Arm, order, station, vehicle)
             }
             number::ARM_DISARM if first == 0.0 => {
-                let standing = vehicle.navigator().airborne() == Airborne::Ground;
+                let ours = vehicle.out_of_command().is_none();
+                let standing = ours && vehicle.navigator().airborne() == Airborne::Ground;
                 if matches!(mode, Mode::Flying | Mode::Failsafe) && !standing && second != FORCE {
                     let reason = "in flight: land first";
                     return Err(Denial::Reason(MavResult::MAV_RESULT_DENIED, reason));
@@ -123,7 +124,7 @@ impl Protocol {
                 self.supervise(Command::Disarm, order, station, vehicle)
             }
             number::FLIGHT_TERMINATION if first >= 1.0 => {
-                self.supervise(Command::Disarm, order, station, vehicle)
+                self.supervise(Command::Kill, order, station, vehicle)
             }
             number::TAKE_OFF => {
                 let height = self.height(order, vehicle);
@@ -202,7 +203,9 @@ impl Protocol {
         station: (u8, u8),
         vehicle: &mut V,
     ) -> Outcome {
-        if self.pending.is_some() {
+        if let (Some(pending), Command::Kill) = (self.pending, command) {
+            self.acknowledge(pending.command, MavResult::MAV_RESULT_CANCELLED, pending.station);
+        } else if self.pending.is_some() {
             let reason = "another command is on its way";
             return Err(Denial::Reason(MavResult::MAV_RESULT_TEMPORARILY_REJECTED, reason));
         }
@@ -228,26 +231,33 @@ impl Protocol {
 
     /// Says why a command was refused; its result.
     fn explain(&mut self, command: u16, denial: &Denial) -> MavResult {
-        let say = |texts: &mut Self, reason: core::fmt::Arguments<'_>| {
-            texts.say(Severity::Warning, format_args!("command {command} refused: {reason}"));
-        };
-        match denial {
+        let [start, number, refused] =
+            [Part::Text("command "), Part::Count(command.into()), Part::Text(" refused: ")];
+        let (reason, result) = match denial {
+            Denial::Navigation(NavigationRefusal::Invalid(error)) => {
+                let [a, b, c, d, e, f, g, h] = explained(error);
+                let all = [start, number, refused, a, b, c, d, e, f, g, h];
+                self.say(Severity::Warning, &all);
+                return MavResult::MAV_RESULT_DENIED;
+            }
             Denial::Navigation(refusal) => {
-                say(self, format_args!("{refusal}"));
-                match refusal {
-                    NavigationRefusal::Invalid(_) => MavResult::MAV_RESULT_DENIED,
-                    _ => MavResult::MAV_RESULT_TEMPORARILY_REJECTED,
-                }
+                (refusal.as_str(), MavResult::MAV_RESULT_TEMPORARILY_REJECTED)
             }
-            Denial::Supervisor(refusal) => {
-                say(self, format_args!("{refusal}"));
-                result_of(*refusal)
+            Denial::Supervisor(Refusal::Hazard(hazards)) => {
+                self.say(Severity::Warning, &[start, number, refused, Part::Hazards(*hazards)]);
+                return result_of(Refusal::Hazard(*hazards));
             }
-            Denial::Reason(result, reason) => {
-                say(self, format_args!("{reason}"));
-                *result
-            }
-        }
+            Denial::Supervisor(refusal) => (refusal.as_str(), result_of(*refusal)),
+            Denial::Reason(result, reason) => (*reason, *result),
+        };
+        self.say(Severity::Warning, &[start, number, refused, Part::Text(reason)]);
+        result
+    }
+
+    /// Says which number is out of its bound.
+    pub(crate) fn say_invalid(&mut self, what: &str, error: &ConfigError) {
+        let [a, b, c, d, e, f, g, h] = explained(error);
+        self.say(Severity::Warning, &[Part::Text(what), a, b, c, d, e, f, g, h]);
     }
 
     fn acknowledge(&mut self, command: u16, result: MavResult, station: (u8, u8)) {
@@ -297,11 +307,7 @@ impl Protocol {
 
     /// An altitude in the world frame (m).
     pub(crate) fn altitude<V: Vehicle>(&self, frame: u8, z: f32, vehicle: &mut V) -> f32 {
-        match frame {
-            3 | 6 => vehicle.navigator().home_world().z + z, // above home
-            1 => -z,                                         // local NED
-            _ => z - self.config.origin.altitude,            // above mean sea level
-        }
+        height(&self.config, frame, z, vehicle.navigator().home_world())
     }
 
     /// The place of a command in the world frame (m); none if it states none.
@@ -377,7 +383,19 @@ impl Protocol {
     }
 }
 
+/// The height in the world frame (m) of an altitude `z` in a frame.
+pub(crate) fn height(config: &ProtocolConfig, frame: u8, z: f32, home: Vec3) -> f32 {
+    match frame {
+        3 | 6 => home.z + z,             // above home
+        1 => -z,                         // local NED
+        _ => z - config.origin.altitude, // above mean sea level
+    }
+}
+
 fn ask<V: Vehicle>(vehicle: &mut V, request: Request) -> Outcome {
+    if let Some(reason) = vehicle.out_of_command() {
+        return Err(Denial::Reason(MavResult::MAV_RESULT_TEMPORARILY_REJECTED, reason));
+    }
     let mode = vehicle.view().mode;
     vehicle.navigator().request(mode, request)?;
     ACCEPTED

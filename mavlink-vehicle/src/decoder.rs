@@ -107,6 +107,24 @@ impl Decoder {
             *place = byte;
             self.len += 1;
         }
+        self.next_packet()
+    }
+
+    /// Tells that the line has been silent for longer than a frame takes: what has begun will not go on. The
+    /// packet behind it, if one is whole.
+    ///
+    /// Without this the rest of a frame whose end was lost takes the next message with it until more bytes come.
+    pub fn resume(&mut self) -> Option<Packet> {
+        if self.len == 0 {
+            return None;
+        }
+        self.damaged = self.damaged.wrapping_add(1);
+        self.skip_to_start();
+        self.next_packet()
+    }
+
+    /// The first whole frame that is held; what is in front of it is dropped.
+    fn next_packet(&mut self) -> Option<Packet> {
         // Each turn takes a byte at least, so there are at most as many as the buffer is long.
         for _ in 0..=FRAME_MAX {
             let shape = match self.shape()? {
@@ -211,8 +229,13 @@ impl Decoder {
 
     fn drop_front(&mut self, count: usize) {
         let count = count.min(self.len);
-        self.buffer.copy_within(count..self.len, 0);
         self.len -= count;
+        for index in 0..self.len {
+            let byte = self.at(index + count);
+            if let Some(place) = self.buffer.get_mut(index) {
+                *place = byte;
+            }
+        }
     }
 }
 

@@ -40,7 +40,7 @@ impl Frame {
         sender: Sender,
         data: &D,
         extension: &[u8],
-        signing: &mut Signing,
+        signed: bool,
     ) -> Self {
         let mut payload = [0; PAYLOAD_MAX];
         // As long as any payload: `ser` finds room.
@@ -50,15 +50,15 @@ impl Frame {
             after.copy_from_slice(extension);
         }
         let payload = payload.get(..end).unwrap_or(&payload);
-        Self::of_payload(sender, (D::ID, D::EXTRA_CRC), payload, signing)
+        Self::of_payload(sender, (D::ID, D::EXTRA_CRC), payload, signed)
     }
 
-    /// The frame of a payload, signed if there is a key; zeros at its end are left out, but for the first byte.
+    /// The frame of a payload, which is [signed](Self::sign) when it is sent, if `signed`; zeros at its end are left out, but for the first byte.
     pub(crate) fn of_payload(
         sender: Sender,
         message: (u32, u8),
         payload: &[u8],
-        signing: &mut Signing,
+        signed: bool,
     ) -> Self {
         let (id, extra_crc) = message;
         let used = payload.iter().rposition(|byte| *byte != 0).map_or(1, |last| last + 1);
@@ -66,16 +66,20 @@ impl Frame {
         let mut frame = Self { bytes: [0; FRAME_MAX], len: 0 };
         let [id0, id1, id2, _] = id.to_le_bytes();
         let Sender { system, component, sequence } = sender;
-        let flags = if signing.key().is_some() { SIGNED } else { 0 };
+        let flags = if signed { SIGNED } else { 0 };
         frame.append(&[MAV_STX_V2, used as u8, flags, 0, sequence]);
         frame.append(&[system, component, id0, id1, id2]);
         frame.append(payload.get(..used).unwrap_or_default());
         let crc = calculate_crc(frame.as_bytes().get(1..).unwrap_or_default(), extra_crc);
         frame.append(&crc.to_le_bytes());
-        if let Some(trailer) = signing.sign(&[frame.as_bytes()]) {
-            frame.append(&trailer.to_bytes());
-        }
         frame
+    }
+
+    /// Adds the signature, if there is a key: at the moment of sending, since its time must grow.
+    pub(crate) fn sign(&mut self, signing: &mut Signing) {
+        if let Some(trailer) = signing.sign(&[self.as_bytes()]) {
+            self.append(&trailer.to_bytes());
+        }
     }
 
     /// Adds bytes at the end; a frame with all its parts has room for them.

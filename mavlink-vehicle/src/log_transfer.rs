@@ -28,7 +28,7 @@ struct Part {
     end: u32,
 }
 
-impl Protocol {
+impl Protocol<'_> {
     /// Begins to send the entries `first` to `last` of the list.
     pub(crate) fn list_logs<V: Vehicle>(&mut self, first: u16, last: u16, vehicle: &mut V) {
         self.logs.sent = None;

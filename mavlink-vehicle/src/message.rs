@@ -268,6 +268,19 @@ impl Order {
 }
 
 impl Item {
+    /// All numbers zero.
+    pub(crate) const ZERO: Self = Self {
+        parameters: [0.0; 4],
+        x: 0,
+        y: 0,
+        z: 0.0,
+        sequence: 0,
+        command: 0,
+        frame: 0,
+        autocontinue: 0,
+        mission_type: 0,
+    };
+
     fn of(packet: &Packet) -> Self {
         Self {
             parameters: [0, 4, 8, 12].map(|at| packet.f32_at(at)),

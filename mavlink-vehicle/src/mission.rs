@@ -1,17 +1,18 @@
 //! Missions: upload, download, and their items as the core flies them.
 
 use ctrl_core::list::List;
-use ctrl_core::mode::navigation::{MISSION_MAX, MissionItem, MissionKind};
+use ctrl_core::mode::navigation::{MISSION_MAX, MissionItem, MissionKind, Navigator};
 use glam::Vec3;
 use mavlink::dialects::common::{
     MISSION_ACK_DATA, MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MISSION_REQUEST_INT_DATA,
     MavMissionResult,
 };
 
+use crate::command::height;
 use crate::coordinates::{ned, yaw_ned};
 use crate::message::{Item, MISSION_ITEM_INT};
-use crate::protocol::Protocol;
-use crate::status_text::Severity;
+use crate::protocol::{Protocol, ProtocolConfig};
+use crate::status_text::{Part, Severity};
 use crate::vehicle::Vehicle;
 
 /// Time after which an item is asked for again (us).
@@ -41,12 +42,13 @@ pub(crate) struct MissionStore {
 }
 
 impl MissionStore {
-    pub(crate) fn new() -> Self {
-        Self { items: List::new(), arriving: List::new(), upload: None }
+    pub(crate) const fn new() -> Self {
+        let empty = List::empty(Item::ZERO);
+        Self { items: empty, arriving: empty, upload: None }
     }
 }
 
-impl Protocol {
+impl Protocol<'_> {
     /// Begins an upload; one that is on its way is given up.
     pub(crate) fn begin_upload<V: Vehicle>(
         &mut self,
@@ -55,29 +57,31 @@ impl Protocol {
         station: (u8, u8),
         vehicle: &mut V,
     ) {
-        self.mission.upload = None;
+        self.memory.mission.upload = None;
         if kind != MISSION {
             return self.end_mission(MavMissionResult::MAV_MISSION_UNSUPPORTED, kind, station);
         }
         if usize::from(count) > MISSION_MAX {
-            let text = format_args!("{count} mission items, at most {MISSION_MAX}");
-            self.say(Severity::Warning, text);
+            let most = MISSION_MAX as u32;
+            let count = Part::Count(count.into());
+            let text = [count, Part::Text(" mission items, at most "), Part::Count(most)];
+            self.say(Severity::Warning, &text);
             return self.end_mission(MavMissionResult::MAV_MISSION_NO_SPACE, kind, station);
         }
         if count == 0 {
             return self.clear_mission(kind, station, vehicle);
         }
-        self.mission.arriving.truncate(0);
+        self.memory.mission.arriving.truncate(0);
         let asked = vehicle.view().time;
-        self.mission.upload = Some(Upload { station, count, attempts: 0, asked });
+        self.memory.mission.upload = Some(Upload { station, count, attempts: 0, asked });
         self.request_item();
     }
 
     /// Takes an item of the upload.
     pub(crate) fn take_item<V: Vehicle>(&mut self, item: Item, station: (u8, u8), vehicle: &mut V) {
-        let Some(upload) = &mut self.mission.upload else {
+        let Some(upload) = &mut self.memory.mission.upload else {
             // The acknowledgement of the last item was lost, or there is no upload.
-            let known = self.mission.items.get(usize::from(item.sequence));
+            let known = self.memory.mission.items.get(usize::from(item.sequence));
             let result = if known.is_some_and(|known| same(known, &item)) {
                 MavMissionResult::MAV_MISSION_ACCEPTED
             } else {
@@ -85,20 +89,24 @@ impl Protocol {
             };
             return self.end_mission(result, item.mission_type, station);
         };
-        if upload.station != station || usize::from(item.sequence) != self.mission.arriving.len() {
+        if upload.station != station
+            || usize::from(item.sequence) != self.memory.mission.arriving.len()
+        {
             return; // repeated, or early: it is asked for again in time
         }
         (upload.attempts, upload.asked) = (0, vehicle.view().time);
         let complete = item.sequence + 1 >= upload.count;
-        if let Err(result) = self.flown(&item, vehicle) {
-            self.mission.upload = None;
+        if let Err(result) = flyable(&self.config, &item, vehicle.navigator()) {
+            self.memory.mission.upload = None;
             let Item { sequence, command, frame, .. } = item;
-            let text = format_args!("item {sequence} refused: command {command}, frame {frame}");
-            self.say(Severity::Warning, text);
+            let [sequence, command] = [sequence, command].map(|number| Part::Count(number.into()));
+            let (item, refused) = (Part::Text("item "), Part::Text(" refused: command "));
+            let (before, frame) = (Part::Text(", frame "), Part::Count(frame.into()));
+            self.say(Severity::Warning, &[item, sequence, refused, command, before, frame]);
             return self.end_mission(result, MISSION, station);
         }
         // There is room: the count was checked.
-        let _ = self.mission.arriving.push(item);
+        let _ = self.memory.mission.arriving.push(item);
         if complete {
             self.finish_upload(station, vehicle);
         } else {
@@ -107,88 +115,34 @@ impl Protocol {
     }
 
     fn finish_upload<V: Vehicle>(&mut self, station: (u8, u8), vehicle: &mut V) {
-        self.mission.upload = None;
-        let mut flown = List::<MissionItem, MISSION_MAX>::new();
-        for item in self.mission.arriving.iter() {
-            if let Ok(item) = self.flown(item, vehicle) {
-                let _ = flown.push(item);
-            }
-        }
-        let result = match vehicle.navigator().set_mission(flown.iter().copied()) {
+        self.memory.mission.upload = None;
+        let (config, home) = (self.config, vehicle.navigator().home_world());
+        // Every item was flyable when it came. Converted again rather than kept: a second list is kilobytes.
+        let items = self.memory.mission.arriving.iter();
+        let flown = items.filter_map(|item| flown(&config, item, home).ok());
+        let result = match vehicle.navigator().set_mission(flown) {
             Ok(()) => {
-                self.mission.items = self.mission.arriving;
+                self.memory.mission.items = self.memory.mission.arriving;
                 MavMissionResult::MAV_MISSION_ACCEPTED
             }
             Err(error) => {
-                self.say(Severity::Warning, format_args!("mission refused: {error}"));
+                self.say_invalid("mission refused: ", &error);
                 MavMissionResult::MAV_MISSION_INVALID
             }
         };
         self.end_mission(result, MISSION, station);
     }
 
-    /// The item as the core flies it.
-    fn flown<V: Vehicle>(
-        &self,
-        item: &Item,
-        vehicle: &mut V,
-    ) -> Result<MissionItem, MavMissionResult> {
-        let [first, second, _, yaw] = item.parameters;
-        let kind = match item.command {
-            16 => MissionKind::Waypoint,
-            17 => MissionKind::Loiter,
-            19 => MissionKind::Waypoint, // stays for a time
-            20 => MissionKind::Return,
-            21 => MissionKind::Land,
-            22 => MissionKind::TakeOff,
-            178 => MissionKind::Speed(second),
-            _ => return Err(MavMissionResult::MAV_MISSION_UNSUPPORTED),
-        };
-        let number = item.sequence;
-        if matches!(kind, MissionKind::Return | MissionKind::Speed(_)) {
-            return self.checked(MissionItem { kind, number, ..MissionItem::default() }, vehicle);
-        }
-        let height = self.altitude(item.frame, item.z, vehicle);
-        let position_world = match item.frame {
-            1 => ned(Vec3::new(item.x as f32 * 1e-4, item.y as f32 * 1e-4, item.z)),
-            0 | 3 | 5 | 6 => {
-                let world = self.config.origin.world(item.x, item.y, 0.0);
-                Vec3::new(world.x, world.y, height)
-            }
-            _ => return Err(MavMissionResult::MAV_MISSION_UNSUPPORTED_FRAME),
-        };
-        let position_world = match kind {
-            // Its place is where the vehicle stands, which the station need not know.
-            MissionKind::TakeOff => Vec3::new(0.0, 0.0, position_world.z),
-            _ => position_world,
-        };
-        let waits = matches!(item.command, 16 | 19);
-        let hold_time = if waits && first.is_finite() { first } else { 0.0 };
-        let yaw = yaw.is_finite().then(|| yaw_ned(yaw.to_radians()));
-        self.checked(MissionItem { kind, position_world, yaw, hold_time, number }, vehicle)
-    }
-
-    fn checked<V: Vehicle>(
-        &self,
-        item: MissionItem,
-        vehicle: &mut V,
-    ) -> Result<MissionItem, MavMissionResult> {
-        match vehicle.navigator().check_item(&item) {
-            Ok(()) => Ok(item),
-            Err(_) => Err(MavMissionResult::MAV_MISSION_INVALID),
-        }
-    }
-
     fn request_item(&mut self) {
-        let Some(upload) = self.mission.upload else { return };
+        let Some(upload) = self.memory.mission.upload else { return };
         let (target_system, target_component) = upload.station;
-        let seq = self.mission.arriving.len() as u16;
+        let seq = self.memory.mission.arriving.len() as u16;
         self.answer(&MISSION_REQUEST_INT_DATA { seq, target_system, target_component }, &[]);
     }
 
     /// Asks again for an item that does not come, a few times.
     pub(crate) fn repeat_mission_request(&mut self, time: u64) {
-        let Some(upload) = &mut self.mission.upload else { return };
+        let Some(upload) = &mut self.memory.mission.upload else { return };
         if time.saturating_sub(upload.asked) < REPEAT {
             return;
         }
@@ -197,14 +151,14 @@ impl Protocol {
             return self.request_item();
         }
         let station = upload.station;
-        self.mission.upload = None;
+        self.memory.mission.upload = None;
         let result = MavMissionResult::MAV_MISSION_OPERATION_CANCELLED;
         self.end_mission(result, MISSION, station);
     }
 
     /// Answers with the number of items.
     pub(crate) fn send_count(&mut self, kind: u8, station: (u8, u8)) {
-        let count = if kind == MISSION { self.mission.items.len() as u16 } else { 0 };
+        let count = if kind == MISSION { self.memory.mission.items.len() as u16 } else { 0 };
         let (target_system, target_component) = station;
         self.answer(&MISSION_COUNT_DATA { count, target_system, target_component }, &[kind]);
     }
@@ -217,7 +171,7 @@ impl Protocol {
         station: (u8, u8),
         vehicle: &mut V,
     ) {
-        let item = self.mission.items.get(usize::from(sequence)).copied();
+        let item = self.memory.mission.items.get(usize::from(sequence)).copied();
         match item.filter(|_| kind == MISSION) {
             Some(item) => {
                 let current = self.current_sequence(vehicle) == sequence;
@@ -236,11 +190,11 @@ impl Protocol {
         station: (u8, u8),
         vehicle: &mut V,
     ) {
-        self.mission.upload = None;
+        self.memory.mission.upload = None;
         if matches!(kind, MISSION | ALL) {
             // No items, none of which can be refused.
             let _ = vehicle.navigator().set_mission(core::iter::empty());
-            self.mission.items.truncate(0);
+            self.memory.mission.items.truncate(0);
         }
         self.end_mission(MavMissionResult::MAV_MISSION_ACCEPTED, kind, station);
     }
@@ -248,7 +202,8 @@ impl Protocol {
     /// Makes an item the current one; answered by `MISSION_CURRENT`.
     pub(crate) fn set_current<V: Vehicle>(&mut self, sequence: u16, vehicle: &mut V) {
         if let Err(refusal) = vehicle.navigator().set_current_item(sequence.into()) {
-            self.say(Severity::Warning, format_args!("item {sequence}: {refusal}"));
+            let (number, why) = (Part::Count(sequence.into()), Part::Text(refusal.as_str()));
+            self.say(Severity::Warning, &[Part::Text("item "), number, Part::Text(": "), why]);
         }
         let seq = self.current_sequence(vehicle);
         self.answer(&MISSION_CURRENT_DATA { seq }, &[]);
@@ -264,6 +219,56 @@ impl Protocol {
         let data = MISSION_ACK_DATA { target_system, target_component, mavtype: result };
         self.answer(&data, &[kind]);
     }
+}
+
+/// Refuses an item that the core cannot fly.
+fn flyable(
+    config: &ProtocolConfig,
+    item: &Item,
+    navigator: &Navigator,
+) -> Result<(), MavMissionResult> {
+    let item = flown(config, item, navigator.home_world())?;
+    navigator.check_item(&item).map_err(|_| MavMissionResult::MAV_MISSION_INVALID)
+}
+
+/// The item as the core flies it, unchecked; `home` is that of the world frame (m).
+fn flown(
+    config: &ProtocolConfig,
+    item: &Item,
+    home: Vec3,
+) -> Result<MissionItem, MavMissionResult> {
+    let [first, second, _, yaw] = item.parameters;
+    let kind = match item.command {
+        16 => MissionKind::Waypoint,
+        17 => MissionKind::Loiter,
+        19 => MissionKind::Waypoint, // stays for a time
+        20 => MissionKind::Return,
+        21 => MissionKind::Land,
+        22 => MissionKind::TakeOff,
+        178 => MissionKind::Speed(second),
+        _ => return Err(MavMissionResult::MAV_MISSION_UNSUPPORTED),
+    };
+    let number = item.sequence;
+    if matches!(kind, MissionKind::Return | MissionKind::Speed(_)) {
+        return Ok(MissionItem { kind, number, ..MissionItem::default() });
+    }
+    let position_world = match item.frame {
+        1 => ned(Vec3::new(item.x as f32 * 1e-4, item.y as f32 * 1e-4, item.z)),
+        0 | 3 | 5 | 6 => {
+            let world = config.origin.world(item.x, item.y, 0.0);
+            Vec3::new(world.x, world.y, height(config, item.frame, item.z, home))
+        }
+        _ => return Err(MavMissionResult::MAV_MISSION_UNSUPPORTED_FRAME),
+    };
+    let position_world = match kind {
+        // Its place is where the vehicle stands, which the station need not know.
+        MissionKind::TakeOff => Vec3::new(0.0, 0.0, position_world.z),
+        _ => position_world,
+    };
+    let waits = matches!(item.command, 16 | 19);
+    let hold_time = if waits && first.is_finite() { first } else { 0.0 };
+    let yaw = yaw.is_finite().then(|| yaw_ned(yaw.to_radians()));
+    Ok(MissionItem { kind, position_world, yaw, hold_time, number })
 }
 
 /// Equality of two items to the bit: a parameter may be NaN.

@@ -69,6 +69,8 @@ pub const NAMES: &[ParameterName] = &[
     name("CTL_INT_GAMMA_D", "integral.gamma_d"),
     name("CTL_INT_TRQ_MAX", "integral.torque_max"),
     name("CTL_INT_GAMMA_T", "integral.gamma_t"),
+    name("CTL_ROTOR_LAG", "rotors.lag"),
+    name("CTL_ROTOR_LEFT", "rotors.residual_lag"),
     name("MIS_TAKEOFF_ALT", "navigation.take_off_altitude"),
     name("RTL_RETURN_ALT", "navigation.return_altitude"),
     name("NAV_ACC_RAD", "navigation.acceptance_radius"),
@@ -92,18 +94,31 @@ pub fn long_name(short: &str) -> Option<&'static str> {
     NAMES.iter().find(|name| name.short == short).map(|name| name.long)
 }
 
-/// A field of the navigation's configuration.
-type Field = fn(&mut NavigationConfig) -> &mut f32;
-
-/// Long name and field of the navigation's parameters.
-pub(crate) const NAVIGATION: &[(&str, Field)] = &[
-    ("navigation.take_off_altitude", |config| &mut config.take_off_altitude),
-    ("navigation.return_altitude", |config| &mut config.return_altitude),
-    ("navigation.acceptance_radius", |config| &mut config.acceptance_radius),
-    ("navigation.setpoint_timeout", |config| &mut config.setpoint_timeout),
-    ("navigation.land_speed", |config| &mut config.land_speed),
-    ("shaper.speed_max", |config| &mut config.shaper.speed_max),
-    ("shaper.climb_max", |config| &mut config.shaper.climb_max),
-    ("shaper.descent_max", |config| &mut config.shaper.descent_max),
-    ("shaper.yaw_rate_max", |config| &mut config.shaper.yaw_rate_max),
+/// Long names of the navigation's parameters.
+pub(crate) const NAVIGATION: [&str; 9] = [
+    "navigation.take_off_altitude",
+    "navigation.return_altitude",
+    "navigation.acceptance_radius",
+    "navigation.setpoint_timeout",
+    "navigation.land_speed",
+    "shaper.speed_max",
+    "shaper.climb_max",
+    "shaper.descent_max",
+    "shaper.yaw_rate_max",
 ];
+
+/// The field of the navigation's parameter at `index` of [`NAVIGATION`].
+pub(crate) fn navigation_field(config: &mut NavigationConfig, index: usize) -> Option<&mut f32> {
+    Some(match index {
+        0 => &mut config.take_off_altitude,
+        1 => &mut config.return_altitude,
+        2 => &mut config.acceptance_radius,
+        3 => &mut config.setpoint_timeout,
+        4 => &mut config.land_speed,
+        5 => &mut config.shaper.speed_max,
+        6 => &mut config.shaper.climb_max,
+        7 => &mut config.shaper.descent_max,
+        8 => &mut config.shaper.yaw_rate_max,
+        _ => return None,
+    })
+}

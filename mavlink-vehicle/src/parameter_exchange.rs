@@ -6,15 +6,15 @@ use mavlink::dialects::common::{
 use mavlink::types::CharArray;
 
 use crate::frame::Frame;
-use crate::parameter::{NAVIGATION, SHORT_MAX, long_name, short_name};
+use crate::parameter::{NAVIGATION, SHORT_MAX, long_name, navigation_field, short_name};
 use crate::protocol::Protocol;
-use crate::status_text::Severity;
+use crate::status_text::{Part, Severity};
 use crate::vehicle::{ParameterRefusal, Vehicle};
 
 /// A name on the wire.
 type Name = CharArray<SHORT_MAX>;
 
-impl Protocol {
+impl Protocol<'_> {
     /// Answers with a parameter: the one at `index`, or by name for -1.
     pub(crate) fn read_parameter<V: Vehicle>(
         &mut self,
@@ -24,7 +24,7 @@ impl Protocol {
         vehicle: &mut V,
     ) {
         let by_index = u16::try_from(index).ok();
-        let found = by_index.or_else(|| index_of(name.to_str().ok()?, vehicle));
+        let found = by_index.or_else(|| index_of(text(name), vehicle));
         match found.and_then(|index| value_of(index, vehicle)) {
             Some(value) => self.answer(&value, &[]),
             None => {
@@ -40,7 +40,7 @@ impl Protocol {
         station: (u8, u8),
         vehicle: &mut V,
     ) {
-        let name = data.param_id.to_str().unwrap_or("");
+        let name = text(&data.param_id);
         let Some((long, index)) = long_name(name).zip(index_of(name, vehicle)) else {
             let error = MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST;
             return self.parameter_error(&data.param_id, error, station);
@@ -49,7 +49,7 @@ impl Protocol {
             let error = MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH;
             self.parameter_error(&data.param_id, error, station);
         } else if let Err(refusal) = write(long, data.param_value, vehicle) {
-            self.say(Severity::Warning, format_args!("{name} refused: {refusal}"));
+            self.say_refused(name, &refusal);
             let error = match refusal {
                 ParameterRefusal::Unknown => MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST,
                 ParameterRefusal::NotNow => MavParamError::MAV_PARAM_ERROR_PERMISSION_DENIED,
@@ -72,6 +72,27 @@ impl Protocol {
         Some(self.frame(&value?, &[]))
     }
 
+    fn say_refused(&mut self, name: &str, refusal: &ParameterRefusal) {
+        use Part::{Number, Text};
+        let refused = Text(" refused: ");
+        let (name, severity) = (Text(name), Severity::Warning);
+        match refusal {
+            ParameterRefusal::Unknown => {
+                self.say(severity, &[name, refused, Text("no such parameter")]);
+            }
+            ParameterRefusal::NotNow => {
+                self.say(severity, &[name, refused, Text("only on the ground, disarmed")]);
+            }
+            ParameterRefusal::Invalid { parameter, value, bounds: (lower, upper) } => {
+                let (what, outside) = (Text(parameter), Text(" is not in ["));
+                let (space, value) = (Text(" = "), Number(*value));
+                let (lower, to, upper) = (Number(*lower), Text(", "), Number(*upper));
+                let all = [name, refused, what, space, value, outside, lower, to, upper, Text("]")];
+                self.say(severity, &all);
+            }
+        }
+    }
+
     fn parameter_error(&mut self, name: &Name, error: MavParamError, station: (u8, u8)) {
         let (target_system, target_component) = station;
         let param_id = CharArray::new(**name);
@@ -79,6 +100,13 @@ impl Protocol {
             PARAM_ERROR_DATA { param_index: -1, target_system, target_component, param_id, error };
         self.answer(&data, &[]);
     }
+}
+
+/// A name up to its first zero; empty if it is no text.
+fn text(name: &Name) -> &str {
+    let bytes: &[u8] = &**name;
+    let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
+    core::str::from_utf8(bytes.get(..end).unwrap_or_default()).unwrap_or_default()
 }
 
 /// Number of parameters: the vehicle's, then the navigation's.
@@ -92,9 +120,9 @@ fn at<V: Vehicle>(index: u16, vehicle: &mut V) -> Option<(&'static str, f32)> {
         return Some(found);
     }
     let own = usize::from(index.checked_sub(vehicle.parameter_count())?);
-    let (long, field) = NAVIGATION.get(own)?;
+    let long = NAVIGATION.get(own)?;
     let mut config = *vehicle.navigator().config();
-    Some((long, *field(&mut config)))
+    Some((long, *navigation_field(&mut config, own)?))
 }
 
 fn index_of<V: Vehicle>(short: &str, vehicle: &mut V) -> Option<u16> {
@@ -117,10 +145,11 @@ fn value_of<V: Vehicle>(index: u16, vehicle: &mut V) -> Option<PARAM_VALUE_DATA>
 }
 
 fn write<V: Vehicle>(long: &str, value: f32, vehicle: &mut V) -> Result<(), ParameterRefusal> {
-    let Some((_, field)) = NAVIGATION.iter().find(|(name, _)| *name == long) else {
+    let mut config = *vehicle.navigator().config();
+    let own = NAVIGATION.iter().position(|name| *name == long);
+    let Some(field) = own.and_then(|own| navigation_field(&mut config, own)) else {
         return vehicle.write_parameter(long, value);
     };
-    let mut config = *vehicle.navigator().config();
-    *field(&mut config) = value;
+    *field = value;
     Ok(vehicle.navigator().reconfigure(&config)?)
 }

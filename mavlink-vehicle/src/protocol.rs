@@ -1,10 +1,8 @@
 //! The state machine between ground stations and a vehicle.
 
-use core::fmt;
-
 use ctrl_core::mode::navigation::NavigationEvent;
 use ctrl_core::mode::safety::Reaction;
-use ctrl_core::mode::{Mode, Refusal};
+use ctrl_core::mode::{Cause, Mode, Refusal};
 use heapless::Deque;
 use mavlink::MessageData;
 use mavlink::dialects::common::{
@@ -19,9 +17,9 @@ use crate::log_transfer::LogTransfer;
 use crate::message::Incoming;
 use crate::mission::MissionStore;
 use crate::signing::{Line, Signing, SigningKey, SigningRefusals};
-use crate::status_text::{Severity, StatusTexts};
+use crate::status_text::{Part, Severity, StatusTexts};
 use crate::stream::Streams;
-use crate::vehicle::Vehicle;
+use crate::vehicle::{Vehicle, View};
 
 /// Answers that wait to be sent.
 const ANSWERS: usize = 12;
@@ -76,43 +74,65 @@ impl Default for ProtocolConfig {
 /// Component of an autopilot.
 pub(crate) const COMPONENT: u8 = 1;
 
-/// The state machine of a vehicle on MAVLink; one for all its connections.
-#[derive(Clone, Debug)]
-pub struct Protocol {
-    pub(crate) config: ProtocolConfig,
-    sequence: u8,
+/// The large parts of a protocol, kilobytes, in memory that the caller provides: zero at first, filled in place
+/// and never moved.
+#[derive(Debug)]
+pub struct ProtocolMemory {
     answers: Deque<Frame, ANSWERS>,
+    texts: StatusTexts,
+    pub(crate) mission: MissionStore,
+}
+
+impl ProtocolMemory {
+    /// No answers, no sentences, no mission.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { answers: Deque::new(), texts: StatusTexts::new(), mission: MissionStore::new() }
+    }
+}
+
+impl Default for ProtocolMemory {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The state machine of a vehicle on MAVLink; one for all its connections.
+#[derive(Debug)]
+pub struct Protocol<'m> {
+    pub(crate) config: ProtocolConfig,
+    pub(crate) memory: &'m mut ProtocolMemory,
+    sequence: u8,
     dropped: u32,
-    pub(crate) texts: StatusTexts,
     pub(crate) streams: Streams,
     pub(crate) pending: Option<PendingCommand>,
-    pub(crate) mission: MissionStore,
     pub(crate) logs: LogTransfer,
     /// Parameter of the list that comes next.
     pub(crate) listed: Option<u16>,
     /// Mode of `AVAILABLE_MODES` that comes next, from one.
     pub(crate) next_mode: u8,
     announced: Option<Mode>,
+    /// The next frame is a stream's, if one is due.
+    stream_turn: bool,
     pub(crate) signing: Signing,
 }
 
-impl Protocol {
+impl<'m> Protocol<'m> {
     /// Nothing has come yet.
     #[must_use]
-    pub fn new(config: &ProtocolConfig) -> Self {
+    pub fn new(config: &ProtocolConfig, memory: &'m mut ProtocolMemory) -> Self {
         Self {
             config: *config,
+            memory,
             sequence: 0,
-            answers: Deque::new(),
             dropped: 0,
-            texts: StatusTexts::new(),
             streams: Streams::new(config.stretch),
             pending: None,
-            mission: MissionStore::new(),
             logs: LogTransfer::default(),
             listed: None,
             next_mode: 0,
             announced: None,
+            stream_turn: false,
             signing: Signing::new(config.signing_key, config.signing_link),
         }
     }
@@ -124,8 +144,8 @@ impl Protocol {
     }
 
     /// Sends a sentence to the ground stations.
-    pub fn say(&mut self, severity: Severity, text: fmt::Arguments<'_>) {
-        self.texts.push(severity, text);
+    pub fn say(&mut self, severity: Severity, parts: &[Part<'_>]) {
+        self.memory.texts.push(severity, parts);
     }
 
     /// Tells the time for signatures: 10 us since 2015-01-01. Without a clock it is enough that it grows, from a
@@ -145,7 +165,15 @@ impl Protocol {
         if let Err(refusal) = self.signing.accept(packet) {
             if self.signing.says(vehicle.view().time) {
                 let id = packet.id;
-                self.say(Severity::Warning, format_args!("message {id} refused: {refusal}"));
+                self.say(
+                    Severity::Warning,
+                    &[
+                        Part::Text("message "),
+                        Part::Count(id),
+                        Part::Text(" refused: "),
+                        Part::Text(refusal.as_str()),
+                    ],
+                );
             }
             return;
         }
@@ -157,6 +185,7 @@ impl Protocol {
         if !ours || own {
             return;
         }
+        vehicle.hear();
         let station = (packet.system, packet.component);
         match message {
             Incoming::Heartbeat(_) => {}
@@ -191,7 +220,7 @@ impl Protocol {
             Incoming::LogData(data) => self.send_log(data.id, data.ofs, data.count, vehicle),
             Incoming::LogEnd(_) => self.logs = LogTransfer::default(),
             Incoming::LogErase(_) => {
-                self.say(Severity::Warning, format_args!("logs are not erased from here"));
+                self.say(Severity::Warning, &[Part::Text("logs are not erased from here")]);
             }
             Incoming::SetupSigning(data) => self.set_up_signing(&data, line, vehicle),
         }
@@ -199,30 +228,40 @@ impl Protocol {
 
     /// The next frame to send at the vehicle's time, if there is one.
     ///
-    /// Answers come first, then lists that are on their way, then streams that are due. The caller takes as
-    /// many as its line carries.
+    /// Streams that are due have every other frame, so that no flood of requests silences the heartbeat; then
+    /// come answers, sentences, lists that are on their way, and logs. The caller takes as many as its line carries.
     pub fn next_frame<V: Vehicle>(&mut self, vehicle: &mut V) -> Option<Frame> {
         self.finish_command(vehicle);
         self.report_events(vehicle);
         self.repeat_mission_request(vehicle.view().time);
-        if let Some(frame) = self.answers.pop_front() {
+        self.stream_turn = !self.stream_turn;
+        let first = if self.stream_turn { self.due_stream(vehicle) } else { None };
+        let mut frame = first.or_else(|| self.requested(vehicle))?;
+        frame.sign(&mut self.signing);
+        Some(frame)
+    }
+
+    /// The next frame that was asked for, or else of a stream.
+    fn requested<V: Vehicle>(&mut self, vehicle: &mut V) -> Option<Frame> {
+        if let Some(frame) = self.memory.answers.pop_front() {
             return Some(frame);
         }
-        if let Some((data, extension)) = self.texts.next() {
+        if let Some((data, extension)) = self.memory.texts.next() {
             return Some(self.frame(&data, &extension));
         }
-        if let Some(frame) = self.next_parameter(vehicle) {
-            return Some(frame);
-        }
-        if let Some(frame) = self.next_available_mode() {
-            return Some(frame);
-        }
-        // A log takes what the streams leave, at least every other frame.
-        let stream = self.streams.take_due(vehicle.view().time);
-        match stream.and_then(|id| self.telemetry(id, vehicle)) {
-            Some(frame) => Some(frame),
-            None => self.next_log_frame(vehicle),
-        }
+        let listed = self.next_parameter(vehicle).or_else(|| self.next_available_mode());
+        let due = listed.or_else(|| self.due_stream(vehicle));
+        due.or_else(|| self.next_log_frame(vehicle))
+    }
+
+    fn due_stream<V: Vehicle>(&mut self, vehicle: &mut V) -> Option<Frame> {
+        let id = self.streams.take_due(vehicle.view().time)?;
+        self.telemetry(id, vehicle)
+    }
+
+    /// Drops the answers that wait: they are not signed as they would have to be with another key.
+    pub(crate) fn drop_answers(&mut self) {
+        self.memory.answers.clear();
     }
 
     /// Queues an answer.
@@ -233,18 +272,19 @@ impl Protocol {
 
     /// Queues an answer whose fields the crate's enumerations cannot hold.
     pub(crate) fn answer_bytes(&mut self, message: (u32, u8), payload: &[u8]) {
-        let frame = Frame::of_payload(self.sender(), message, payload, &mut self.signing);
+        let frame =
+            Frame::of_payload(self.sender(), message, payload, self.signing.key().is_some());
         self.queue(frame);
     }
 
     pub(crate) fn queue(&mut self, frame: Frame) {
-        if self.answers.push_back(frame).is_err() {
+        if self.memory.answers.push_back(frame).is_err() {
             self.dropped = self.dropped.wrapping_add(1);
         }
     }
 
     pub(crate) fn frame<D: MessageData>(&mut self, data: &D, extension: &[u8]) -> Frame {
-        Frame::new(self.sender(), data, extension, &mut self.signing)
+        Frame::new(self.sender(), data, extension, self.signing.key().is_some())
     }
 
     fn sender(&mut self) -> Sender {
@@ -287,35 +327,26 @@ impl Protocol {
 
     /// Tells what has happened by itself.
     fn report_events<V: Vehicle>(&mut self, vehicle: &mut V) {
-        let mode = vehicle.view().mode;
+        let View { mode, cause, .. } = vehicle.view();
         let before = self.announced.replace(mode);
         if before.is_some_and(|before| before != mode) {
-            match mode {
-                Mode::Disarmed => self.say(Severity::Info, format_args!("disarmed")),
-                Mode::Armed => self.say(Severity::Info, format_args!("armed")),
-                Mode::Flying => self.say(Severity::Info, format_args!("flying")),
-                Mode::Failsafe => {
-                    self.say(Severity::Critical, format_args!("failsafe: descending"));
-                }
-                Mode::Locked => {
-                    self.say(Severity::Critical, format_args!("locked: disarm first"));
-                }
-            }
+            self.say_mode(mode, cause);
         }
         let Some(event) = vehicle.take_event() else { return };
         match event {
-            NavigationEvent::TakenOff => self.say(Severity::Info, format_args!("take-off done")),
+            NavigationEvent::TakenOff => self.say(Severity::Info, &[Part::Text("take-off done")]),
             NavigationEvent::ItemReached(seq) => {
                 self.answer(&MISSION_ITEM_REACHED_DATA { seq }, &[]);
             }
             NavigationEvent::MissionFinished => {
-                self.say(Severity::Info, format_args!("mission finished"));
+                self.say(Severity::Info, &[Part::Text("mission finished")]);
             }
             NavigationEvent::OffboardLost => {
-                self.say(Severity::Critical, format_args!("set-points lost: hold"));
+                self.say(Severity::Critical, &[Part::Text("set-points lost: hold")]);
             }
+            NavigationEvent::Landed => self.say(Severity::Info, &[Part::Text("landed")]),
             NavigationEvent::TakeOffFailed => {
-                self.say(Severity::Critical, format_args!("does not lift: disarmed"));
+                self.say(Severity::Critical, &[Part::Text("does not lift: disarmed")]);
             }
             NavigationEvent::HazardRaised(hazards, reaction) => {
                 let action = match reaction {
@@ -325,9 +356,31 @@ impl Protocol {
                     Some(Reaction::Stop) => ": rotors cut",
                     Some(Reaction::Warn) | None => "",
                 };
-                self.say(Severity::Critical, format_args!("{hazards}{action}"));
+                self.say(Severity::Critical, &[Part::Hazards(hazards), Part::Text(action)]);
             }
-            NavigationEvent::Landed => self.say(Severity::Info, format_args!("landed")),
+        }
+    }
+}
+
+impl Protocol<'_> {
+    /// Tells a new mode of the supervisor, and the cause of one that is safer.
+    fn say_mode(&mut self, mode: Mode, cause: Option<Cause>) {
+        let (severity, words) = match (mode, cause) {
+            (Mode::Disarmed, None) => (Severity::Info, "disarmed"),
+            (Mode::Disarmed, Some(_)) => (Severity::Critical, "disarmed"),
+            (Mode::Armed, _) => (Severity::Info, "armed"),
+            (Mode::Flying, _) => (Severity::Info, "flying"),
+            (Mode::Failsafe, _) => (Severity::Critical, "failsafe, descending"),
+            (Mode::Locked, _) => (Severity::Critical, "rotors stopped and locked, disarm first"),
+        };
+        match cause {
+            Some(cause) if severity == Severity::Critical => {
+                self.say(
+                    severity,
+                    &[Part::Text(words), Part::Text(": "), Part::Text(cause.as_str())],
+                );
+            }
+            _ => self.say(severity, &[Part::Text(words)]),
         }
     }
 }

@@ -1,6 +1,5 @@
 //! Set-points of another computer: type masks and frames.
 
-use ctrl_core::error::ConfigError;
 use ctrl_core::setpoint::Setpoint;
 use ctrl_core::vehicle::VehicleState;
 use glam::Vec3;
@@ -11,7 +10,7 @@ use mavlink::dialects::common::{
 
 use crate::coordinates::{attitude_ned, euler, ned, yaw_ned};
 use crate::protocol::Protocol;
-use crate::status_text::Severity;
+use crate::status_text::{Part, Severity};
 use crate::vehicle::Vehicle;
 
 /// A set-point as it came, its vectors in NED.
@@ -72,7 +71,7 @@ fn axes(frame: MavFrame) -> Option<Axes> {
     }
 }
 
-impl Protocol {
+impl Protocol<'_> {
     /// Takes a set-point in local coordinates.
     pub(crate) fn local_target<V: Vehicle>(
         &mut self,
@@ -88,7 +87,7 @@ impl Protocol {
             yaw_rate: data.yaw_rate,
         };
         let Some(axes) = axes(data.coordinate_frame) else {
-            return self.say(Severity::Warning, format_args!("set-point refused: frame"));
+            return self.say(Severity::Warning, &[Part::Text("set-point refused: frame")]);
         };
         let target = match (axes, vehicle.view().state) {
             (Axes::Local, _) => target,
@@ -120,18 +119,16 @@ impl Protocol {
 
     /// Refuses a set-point of the attitude: no law tracks one alone, and none of the guarantees covers it.
     pub(crate) fn attitude_target(&mut self) {
-        self.say(Severity::Warning, format_args!("set-point refused: attitude alone"));
+        self.say(Severity::Warning, &[Part::Text("set-point refused: attitude alone")]);
     }
 
     fn stream_target<V: Vehicle>(&mut self, target: &Target, vehicle: &mut V) {
         let force = PositionTargetTypemask::POSITION_TARGET_TYPEMASK_FORCE_SET.bits();
         if target.mask & force != 0 {
-            return self.say(Severity::Warning, format_args!("set-point refused: force"));
+            return self.say(Severity::Warning, &[Part::Text("set-point refused: force")]);
         }
         if let Err(error) = vehicle.navigator().stream(target.setpoint()) {
-            let ConfigError { parameter, value, bound, .. } = error;
-            let text = format_args!("set-point refused: {parameter} {value}, must be {bound}");
-            self.say(Severity::Warning, text);
+            self.say_invalid("set-point refused: ", &error);
         }
     }
 }

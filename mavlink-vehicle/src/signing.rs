@@ -16,7 +16,7 @@ use mavlink::dialects::common::SETUP_SIGNING_DATA;
 use sha2::{Digest, Sha256};
 
 use crate::decoder::Packet;
-use crate::status_text::Severity;
+use crate::status_text::{Part, Severity};
 
 /// Streams that are remembered.
 const STREAMS: usize = 8;
@@ -94,14 +94,14 @@ pub(crate) enum Refused {
     Streams,
 }
 
-impl fmt::Display for Refused {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(match self {
+impl Refused {
+    pub(crate) fn as_str(self) -> &'static str {
+        match self {
             Self::Unsigned => "not signed",
             Self::Forged => "signature of another key",
             Self::Replayed => "signed before: clocks differ, or a replay",
             Self::Streams => "too many senders",
-        })
+        }
     }
 }
 
@@ -247,7 +247,7 @@ impl Signing {
     }
 }
 
-impl crate::Protocol {
+impl crate::Protocol<'_> {
     /// Sets the key that a station sends, on the ground and over a line that nobody else reads.
     pub(crate) fn set_up_signing<V: crate::Vehicle>(
         &mut self,
@@ -261,15 +261,21 @@ impl crate::Protocol {
             (Line::Secure, _) => Some("only disarmed"),
         };
         if let Some(reason) = refused {
-            return self.say(Severity::Warning, format_args!("signing key refused: {reason}"));
+            return self.say(
+                Severity::Warning,
+                &[Part::Text("signing key refused: "), Part::Text(reason)],
+            );
         }
         let key = SigningKey::new(data.secret_key);
         let before = self.signing.key();
         self.signing.set(key, data.initial_timestamp);
+        if before != key {
+            self.drop_answers();
+        }
         match (before, key) {
             (before, key) if before == key => {} // sent again, since nothing acknowledges it
-            (_, Some(_)) => self.say(Severity::Info, format_args!("signing key set")),
-            (_, None) => self.say(Severity::Info, format_args!("signing is off")),
+            (_, Some(_)) => self.say(Severity::Info, &[Part::Text("signing key set")]),
+            (_, None) => self.say(Severity::Info, &[Part::Text("signing is off")]),
         }
     }
 }

@@ -1,7 +1,10 @@
 //! Sentences for the ground station.
+//!
+//! They are put together of parts, without `core::fmt`, whose calls through pointers no static walk can follow
+//! and whose numbers take more flash than the rest of this module.
 
-use core::fmt::{self, Write};
-
+use ctrl_core::error::{Bound, ConfigError};
+use ctrl_core::mode::safety::Hazards;
 use heapless::{Deque, String};
 use mavlink::dialects::common::{MavSeverity, STATUSTEXT_DATA};
 use mavlink::types::CharArray;
@@ -24,6 +27,119 @@ pub enum Severity {
     Critical,
 }
 
+/// A part of a sentence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Part<'a> {
+    /// Words.
+    Text(&'a str),
+    /// A whole number.
+    Count(u32),
+    /// A number, shown with at most four decimals.
+    Number(f32),
+    /// Names of hazards.
+    Hazards(Hazards),
+}
+
+impl Part<'_> {
+    /// Adds the part at the end; what does not fit is cut.
+    fn append<const N: usize>(self, sentence: &mut String<N>) {
+        match self {
+            Self::Text(text) => append(sentence, text),
+            Self::Count(count) => append_count(sentence, count),
+            Self::Number(number) => append_number(sentence, number),
+            Self::Hazards(hazards) => {
+                for (index, name) in hazards.words().enumerate() {
+                    append(sentence, if index == 0 { "" } else { ", " });
+                    append(sentence, name);
+                }
+            }
+        }
+    }
+}
+
+/// The parameter of an error, its value and its bound.
+pub(crate) fn explained(error: &ConfigError) -> [Part<'static>; 8] {
+    use Part::{Number, Text};
+    let (words, rest) = match error.bound {
+        Bound::Finite => (", must be finite", None),
+        Bound::Positive => (", must be positive", None),
+        Bound::NotNegative => (", must be zero or positive", None),
+        Bound::Below(limit) => (", must be below ", Some((limit, None))),
+        Bound::AtMost(limit) => (", must be at most ", Some((limit, None))),
+        Bound::AtLeast(limit) => (", must be at least ", Some((limit, None))),
+        Bound::Inside(lower, upper) => (", must be in [", Some((lower, Some(upper)))),
+        _ => (", must be inside its bound", None),
+    };
+    let lower = rest.map_or(Text(""), |(lower, _)| Number(lower));
+    let upper = rest.and_then(|(_, upper)| upper);
+    let (to, end) = if upper.is_some() { (", ", "]") } else { ("", "") };
+    let (name, value, upper) = (error.parameter, error.value, upper.map_or(Text(""), Number));
+    [Text(name), Text(" "), Number(value), Text(words), lower, Text(to), upper, Text(end)]
+}
+
+fn append<const N: usize>(sentence: &mut String<N>, text: &str) {
+    for character in text.chars() {
+        if sentence.push(character).is_err() {
+            return;
+        }
+    }
+}
+
+/// At most ten digits.
+fn append_count<const N: usize>(sentence: &mut String<N>, mut count: u32) {
+    let mut digits = [b'0'; 10];
+    let mut first = digits.len() - 1;
+    for (place, digit) in digits.iter_mut().enumerate().rev() {
+        (*digit, first) = (b'0' + (count % 10) as u8, place);
+        count /= 10;
+        if count == 0 {
+            break;
+        }
+    }
+    for digit in digits.iter().skip(first) {
+        let _ = sentence.push(char::from(*digit));
+    }
+}
+
+/// Four decimals at most, and a power of ten where they do not suffice.
+fn append_number<const N: usize>(sentence: &mut String<N>, number: f32) {
+    if number.is_nan() {
+        return append(sentence, "NaN");
+    }
+    if number < 0.0 {
+        append(sentence, "-");
+    }
+    let (mut size, mut exponent) = (number.abs(), 0_i32);
+    if size == f32::INFINITY {
+        return append(sentence, "infinite");
+    }
+    // A number of single precision has 39 digits before its point or 45 after it.
+    if size >= 1e6 || (size > 0.0 && size < 1e-3) {
+        for _ in 0..45 {
+            match size {
+                10.0.. => (size, exponent) = (size / 10.0, exponent + 1),
+                ..1.0 => (size, exponent) = (size * 10.0, exponent - 1),
+                _ => break,
+            }
+        }
+    }
+    let scaled = (f64::from(size) * 1e4 + 0.5) as u64;
+    append_count(sentence, (scaled / 10_000) as u32);
+    let mut rest = (scaled % 10_000) as u32;
+    if rest > 0 {
+        append(sentence, ".");
+    }
+    let mut unit = 1_000;
+    while rest > 0 && unit > 0 {
+        append_count(sentence, rest / unit);
+        (rest, unit) = (rest % unit, unit / 10);
+    }
+    if exponent != 0 {
+        append(sentence, if exponent < 0 { "e-" } else { "e" });
+        append_count(sentence, exponent.unsigned_abs());
+    }
+}
+
 /// Sentences that have not been sent.
 #[derive(Clone, Debug)]
 pub(crate) struct StatusTexts {
@@ -39,11 +155,9 @@ impl StatusTexts {
     }
 
     /// Queues a sentence, unless too many wait or it is there already.
-    pub(crate) fn push(&mut self, severity: Severity, text: fmt::Arguments<'_>) {
-        let mut sentence = Cut(String::new());
-        // Cutting is no error.
-        let _ = sentence.write_fmt(text);
-        let Cut(sentence) = sentence;
+    pub(crate) fn push(&mut self, severity: Severity, parts: &[Part<'_>]) {
+        let mut sentence = String::new();
+        parts.iter().for_each(|part| part.append(&mut sentence));
         if self.waiting.back().is_none_or(|(_, last)| *last != sentence) {
             // More than a few sentences at once are a flood.
             let _ = self.waiting.push_back((severity, sentence));
@@ -78,11 +192,80 @@ impl StatusTexts {
     }
 }
 
-/// A text that is cut where there is no more room.
-struct Cut(String<TEXT_MAX>);
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl Write for Cut {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        text.chars().try_for_each(|char| self.0.push(char).map_err(|_| fmt::Error))
+    fn shown(part: Part<'_>) -> String<64> {
+        let mut sentence = String::new();
+        part.append(&mut sentence);
+        sentence
+    }
+
+    #[test]
+    fn numbers_read_back_within_their_decimals() {
+        for (number, text) in [
+            (0.0, "0"),
+            (-0.5, "-0.5"),
+            (1.25, "1.25"),
+            (0.0625, "0.0625"),
+            (0.001, "0.001"),
+            (10.0004, "10.0004"),
+            (123_456.0, "123456"),
+            (2e6, "2e6"),
+            (-1.5e-5, "-1.5e-5"),
+            (f32::MAX, "3.4028e38"),
+            (f32::from_bits(1), "1.4013e-45"),
+            (f32::NAN, "NaN"),
+            (f32::NEG_INFINITY, "-infinite"),
+        ] {
+            assert_eq!(shown(Part::Number(number)), text, "{number}");
+        }
+        let mut number = 1e-9_f32;
+        while number < 1e9 {
+            let read: f32 = shown(Part::Number(number)).parse().unwrap();
+            assert!((read - number).abs() <= 6e-5 * number.max(1.0), "{number} became {read}");
+            number *= 1.37;
+        }
+    }
+
+    #[test]
+    fn counts_have_all_their_digits() {
+        for (count, text) in
+            [(0, "0"), (9, "9"), (10, "10"), (1_002, "1002"), (u32::MAX, "4294967295")]
+        {
+            assert_eq!(shown(Part::Count(count)), text);
+        }
+    }
+
+    #[test]
+    fn hazards_read_as_they_are_displayed() {
+        for bits in 0..=u8::MAX {
+            let hazards = Hazards::from_bits_retain(bits);
+            let mut sentence = String::<150>::new();
+            Part::Hazards(hazards).append(&mut sentence);
+            assert_eq!(sentence, std::format!("{hazards}").as_str());
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_cut() {
+        let mut sentence = String::<4>::new();
+        Part::Text("abc").append(&mut sentence);
+        Part::Text("d\u{e9}f").append(&mut sentence);
+        assert_eq!(sentence, "abcd");
+    }
+
+    #[test]
+    fn an_error_shows_name_value_and_bound() {
+        let shown = |bound| {
+            let mut sentence = String::<64>::new();
+            let error = ConfigError::new("k1", 2.5, bound, "");
+            explained(&error).iter().for_each(|part| part.append(&mut sentence));
+            sentence
+        };
+        assert_eq!(shown(Bound::Inside(0.5, 1.0)), "k1 2.5, must be in [0.5, 1]");
+        assert_eq!(shown(Bound::AtMost(2.0)), "k1 2.5, must be at most 2");
+        assert_eq!(shown(Bound::NotNegative), "k1 2.5, must be zero or positive");
     }
 }

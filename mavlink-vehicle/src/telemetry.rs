@@ -23,7 +23,7 @@ use crate::frame::Frame;
 use crate::protocol::{Autopilot, Protocol};
 use crate::vehicle::{Vehicle, View};
 
-impl Protocol {
+impl Protocol<'_> {
     /// The frame of the telemetry message `id`; none if there is no such message, or no state for it.
     pub(crate) fn telemetry<V: Vehicle>(&mut self, id: u32, vehicle: &mut V) -> Option<Frame> {
         let view = vehicle.view();

@@ -4,7 +4,7 @@ use core::fmt;
 
 use ctrl_core::error::ConfigError;
 use ctrl_core::mode::navigation::{NavigationEvent, Navigator};
-use ctrl_core::mode::{Command, Mode, Refusal};
+use ctrl_core::mode::{Cause, Command, Mode, Refusal};
 use ctrl_core::vehicle::VehicleState;
 use heapless::String;
 
@@ -15,6 +15,8 @@ pub struct View {
     pub time: u64,
     /// Mode of the supervisor.
     pub mode: Mode,
+    /// Reason for the latest change to a safer mode.
+    pub cause: Option<Cause>,
     /// The latest good state; none if it is stale.
     pub state: Option<VehicleState>,
     /// Readiness to arm, or the reason against it.
@@ -102,11 +104,20 @@ pub trait Vehicle {
     /// The modes of the flight.
     fn navigator(&mut self) -> &mut Navigator;
 
+    /// The reason for which nothing but arming and a forced disarm is carried out now: somebody else flies the
+    /// vehicle, for example, so that references are not the navigator's.
+    fn out_of_command(&self) -> Option<&'static str> {
+        None
+    }
+
     /// Hands a command to the supervisor; [`take_answer`](Self::take_answer) returns its answer.
     ///
     /// # Errors
     /// While another command is on its way.
     fn command(&mut self, command: Command) -> Result<(), Refusal>;
+
+    /// Takes note of a message of a station: the link is not lost.
+    fn hear(&mut self) {}
 
     /// The answer to the latest command, once.
     fn take_answer(&mut self) -> Option<Result<Mode, Refusal>>;

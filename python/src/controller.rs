@@ -243,6 +243,7 @@ fn named_intermediates<'py>(
         rate_error,
         torque_demand_body,
         torque_body,
+        acting_torque_body,
         inverse_mass_rate,
         inertia_rate,
         inverse_inertia_rate,
@@ -260,7 +261,7 @@ fn named_intermediates<'py>(
     named.set_item("thrust", thrust)?;
     vectors!(desired_rate, desired_rate_dot);
     named.set_item("attitude_error", quaternion(py, attitude_error))?;
-    vectors!(mu, mu_dot, rate_error, torque_demand_body, torque_body);
+    vectors!(mu, mu_dot, rate_error, torque_demand_body, torque_body, acting_torque_body);
     named.set_item("inverse_mass_rate", inverse_mass_rate)?;
     vectors!(inertia_rate, inverse_inertia_rate, gyroscopic_ratio_rate);
     vectors!(auxiliary_attitude_rate, auxiliary_rate_dot);

@@ -5,6 +5,7 @@
 
 pub mod asset;
 pub mod campaign;
+pub mod consistency;
 
 pub mod figure;
 pub mod fly;

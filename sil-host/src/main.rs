@@ -48,6 +48,7 @@ fn execute() -> ExitCode {
         Command::Failsafe(arguments) => status(cli::failsafe(&arguments), fly_failure),
         Command::Campaign(arguments) => status(cli::campaign(&arguments), campaign_failure),
         Command::Merge(arguments) => status(cli::merge(&arguments), campaign_failure),
+        Command::Consistency(arguments) => status(cli::consistency(&arguments), |_| WRONG_USAGE),
         Command::Tune(arguments) => status(cli::tune(&arguments), |error| match error {
             TuneError::Infeasible(_) => VIOLATED,
             TuneError::Output(..) => NOT_WRITTEN,
@@ -59,7 +60,7 @@ fn execute() -> ExitCode {
 fn fly_failure(error: &FlyError) -> u8 {
     match error {
         FlyError::Output(..) => NOT_WRITTEN,
-        FlyError::Differs => VEHICLE_FAILED,
+        FlyError::Differs | FlyError::Image(_) => VEHICLE_FAILED,
         FlyError::Scenario(_) | FlyError::Refused(_) | FlyError::Port(_) | FlyError::Key(..) => {
             WRONG_USAGE
         }

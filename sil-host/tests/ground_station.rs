@@ -153,7 +153,8 @@ fn mavsdk_sees_tunes_and_flies_the_vehicle_and_fetches_its_log() {
 #[test]
 fn pymavlink_loses_the_link_comes_back_and_flies_a_mission_to_its_end() {
     let vehicle = Flown::start("pymavlink", "paper-saturated");
-    let said = vehicle.script("station_pymavlink.py", &[&vehicle.udp.to_string()]);
+    let said =
+        vehicle.script("station_pymavlink.py", &[&format!("udpin:127.0.0.1:{}", vehicle.udp)]);
     assert!(steps(&said).len() >= 38, "{said}");
     vehicle.stop();
 }

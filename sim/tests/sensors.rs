@@ -1,8 +1,10 @@
 //! Flights by sensors: guarantees on the truth, consistency of the estimate, faults in flight.
 
+use ctrl_core::estimator::{Fault, Source};
 use sim::observer::Observer;
 use sim::scenario::{BuiltIn, LoadedScenario};
-use sim::sensor::consistency::{bounds, normalised_error};
+use sim::sensor::consistency::Consistency;
+use sim::sensor::{PRESETS, SensorPreset};
 use sim::tick::Tick;
 
 /// The text of a built-in scenario with its `[sensors]` replaced.
@@ -18,105 +20,33 @@ fn parse(text: &str, seed: u64) -> LoadedScenario {
     LoadedScenario::parse("test", text, &changes).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Sums over flights.
-#[derive(Clone, Copy, Debug, Default)]
-struct Consistency {
-    /// Normalised errors per sample and state.
-    nees: f64,
-    nees_degrees: f64,
-    nis: f64,
-    nis_degrees: f64,
-    refused: u64,
-    /// Squares of each state's error per variance.
-    each: [f64; 15],
-}
-
-impl Consistency {
-    /// Flies one flight per seed; errors are sampled at its end, innovations over all of it.
-    fn of(text: &str, seeds: std::ops::Range<u64>, seconds: f64) -> Self {
-        let mut sums = Self::default();
-        for seed in seeds {
-            let loaded = parse(text, seed);
-            let mut flight = loaded.flight().expect("valid");
-            flight.advance((seconds * 1e3) as u64);
-            let navigation = flight.navigation().expect("by sensors");
-            // The state after `advance` is the estimate of the last tick, the truth that of the next:
-            // one more step of the sensors brings them together.
-            let mut navigation = navigation.clone();
-            navigation.measure(flight.truth());
-            let covariance = navigation.state().covariance_matrix();
-            let errors = navigation.errors(flight.truth());
-            for k in 0..15 {
-                sums.each[k] += errors[k] * errors[k] / f64::from(covariance[k][k]);
-            }
-            sums.nees += normalised_error(&errors, &covariance).expect("positive");
-            sums.nees_degrees += 15.0;
-            let innovations = navigation.innovations();
-            sums.nis += innovations.sum;
-            sums.nis_degrees += innovations.components as f64;
-            sums.refused += innovations.refused;
-        }
-        sums
-    }
-
-    fn means(&self) -> [(f64, (f64, f64)); 2] {
-        [(self.nees, self.nees_degrees), (self.nis, self.nis_degrees)]
-            .map(|(sum, degrees)| (sum / degrees, bounds(degrees)))
-    }
-
-    fn holds(&self) -> bool {
-        self.means().into_iter().all(|(x, (lower, upper))| lower <= x && x <= upper)
-    }
-
-    fn print(&self, name: &str) {
-        let [(nees, (a, b)), (nis, (c, d))] = self.means();
-        let flights = self.nees_degrees / 15.0;
-        println!("{name}, {flights} flights, {} measurements refused", self.refused);
-        println!("  NEES {nees:.4} in [{a:.4}, {b:.4}], NIS {nis:.4} in [{c:.4}, {d:.4}]");
-        println!("  each state {:.2?}", self.each.map(|sum| sum / flights));
-    }
-}
-
 const INDOORS: &str = "sensors-indoors";
 const OUTDOORS: &str = "sensors-outdoors";
-const OUTDOOR_PARTS: &str = "barometer = \"bmp388\"\nmagnetometer = \"lis3mdl\"\ngnss = \"m9n\"\n";
+const NEAR_GROUND: &str = "sensors-near-ground";
 
-/// Every preset: name, scenario's text.
-fn presets() -> [(&'static str, String); 4] {
-    let indoors =
-        |imu: &str| with_sensors(INDOORS, &format!("imu = \"{imu}\"\ncapture = \"vicon\"\n"));
-    let outdoors = |imu: &str| with_sensors(OUTDOORS, &format!("imu = \"{imu}\"\n{OUTDOOR_PARTS}"));
-    [
-        ("BMI088, motion capture", indoors("bmi088")),
-        ("ICM-42688-P, motion capture", indoors("icm-42688-p")),
-        ("BMI088, GNSS, barometer, magnetometer", outdoors("bmi088")),
-        ("ICM-42688-P, GNSS, barometer, magnetometer", outdoors("icm-42688-p")),
-    ]
-}
-
-/// Flights of each preset: few in a plain `cargo test`, `GYRFALCON_CONSISTENCY_FLIGHTS` for more.
-fn flights() -> u64 {
-    let variable = std::env::var("GYRFALCON_CONSISTENCY_FLIGHTS");
-    variable.ok().and_then(|text| text.parse().ok()).unwrap_or(12)
+/// Of flights with `seeds`, each 15 s.
+fn flown(preset: &SensorPreset, seeds: std::ops::Range<u64>) -> Consistency {
+    let scenario = preset.open().expect("built in");
+    seeds
+        .map(|seed| Consistency::of_flight(&scenario, seed, 15.0).expect("flown"))
+        .fold(Consistency::default(), |sum, flight| sum.plus(&flight))
 }
 
 #[test]
 fn estimates_are_as_good_as_they_claim_with_every_preset() {
     let results: Vec<_> = std::thread::scope(|scope| {
-        let flown: Vec<_> = presets()
-            .into_iter()
-            .map(|(name, text)| {
-                scope.spawn(move || (name, Consistency::of(&text, 0..flights(), 15.0)))
-            })
+        let threads: Vec<_> = PRESETS
+            .iter()
+            .map(|preset| scope.spawn(|| (preset.name, flown(preset, 0..12))))
             .collect();
-        flown.into_iter().map(|thread| thread.join().expect("flown")).collect()
+        threads.into_iter().map(|thread| thread.join().expect("flown")).collect()
     });
-    let mut good = true;
-    for (name, consistency) in results {
-        consistency.print(name);
-        good &= consistency.holds();
+    for (name, consistency) in &results {
+        println!("{name}: NEES {:?}, NIS {:?}", consistency.nees(), consistency.nis());
     }
-    assert!(good, "NEES or NIS outside its 95 % bounds, see above");
+    let outside: Vec<_> =
+        results.iter().filter(|(_, consistency)| !consistency.holds()).map(|it| it.0).collect();
+    assert!(outside.is_empty(), "NEES or NIS outside its 95 % bounds: {outside:?}");
 }
 
 /// Largest errors of an estimate and of tracking over a flight's second half, from the truth.
@@ -146,6 +76,9 @@ fn fly_guarded(loaded: &LoadedScenario) -> Flown {
         }
     }
     for verdict in monitors.verdicts() {
+        if verdict.equation == "guarantees.md" {
+            println!("{}: {verdict}", scenario.name);
+        }
         assert!(verdict.pass, "{}: {verdict}", scenario.name);
     }
     let navigation = flight.navigation().expect("by sensors");
@@ -165,7 +98,7 @@ impl Observer for LastTick {
 
 #[test]
 fn built_in_flights_by_sensors_keep_their_guarantees_on_the_truth() {
-    for name in [INDOORS, OUTDOORS] {
+    for name in [INDOORS, OUTDOORS, NEAR_GROUND] {
         let flown = fly_guarded(&LoadedScenario::open(name, &[]).expect("valid"));
         println!(
             "{name}: estimate within {:.4} m, tracking within {:.4} m",
@@ -186,6 +119,68 @@ fn a_flight_survives_lost_and_jumping_poses() {
     assert!(flown.refused > 50, "{} poses refused", flown.refused);
     assert_eq!(flown.restarts, 0);
     assert!(flown.position_error < 0.02, "{} m", flown.position_error);
+}
+
+/// Flies `name` with a fault of `sensor` from 25 s on for `duration` (s); the faults of `source` that were named.
+fn fly_faulty(name: &str, fault: &str, source: Source) -> (Flown, Vec<Fault>) {
+    let text = BuiltIn::named(name).expect("built in").text;
+    let text = format!("{text}\n[[sensors.faults]]\n{fault}\nstart = 25.0\nduration = 10.0\n");
+    let loaded = parse(&text, 5);
+    let mut named = Vec::new();
+    let mut flight = loaded.flight().expect("valid");
+    for _ in 0..40 {
+        flight.advance(1_000);
+        let navigation = flight.navigation().expect("by sensors");
+        let estimate = navigation.estimator().estimate(navigation.state());
+        if let Some(fault) = estimate.faults[source as usize]
+            && !named.contains(&fault)
+        {
+            named.push(fault);
+        }
+    }
+    (fly_guarded(&loaded), named)
+}
+
+#[test]
+fn faults_in_flight_are_named_and_survived_on_the_truth() {
+    for (name, fault, source, expected) in [
+        (OUTDOORS, "sensor = \"barometer\"\nkind = \"stuck\"", Source::Barometer, Fault::Stuck),
+        (
+            OUTDOORS,
+            "sensor = \"magnetometer\"\nkind = \"missing\"",
+            Source::Magnetometer,
+            Fault::Missing,
+        ),
+        (
+            OUTDOORS,
+            "sensor = \"barometer\"\nkind = { jumping = 20.0 }",
+            Source::Barometer,
+            Fault::Jumping,
+        ),
+        (
+            OUTDOORS,
+            "sensor = \"magnetometer\"\nkind = \"not-finite\"",
+            Source::Magnetometer,
+            Fault::NotFinite,
+        ),
+        (
+            NEAR_GROUND,
+            "sensor = \"rangefinder\"\nkind = { jumping = 0.8 }",
+            Source::Rangefinder,
+            Fault::Jumping,
+        ),
+        (
+            NEAR_GROUND,
+            "sensor = \"rangefinder\"\nkind = \"stuck\"",
+            Source::Rangefinder,
+            Fault::Stuck,
+        ),
+    ] {
+        let (flown, named) = fly_faulty(name, fault, source);
+        println!("{fault:?}: {named:?}, estimate within {:.3} m", flown.position_error);
+        assert!(named.contains(&expected), "{fault}: {named:?}");
+        assert_eq!(flown.restarts, 0, "{fault}");
+    }
 }
 
 #[test]

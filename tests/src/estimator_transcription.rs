@@ -6,7 +6,7 @@ use ctrl_core::vehicle::{GRAVITY, VehicleState};
 use glam::{DMat3, DQuat, DVec3};
 
 /// Error states.
-pub const STATES: usize = 15;
+pub const STATES: usize = 16;
 /// A full matrix, row by row.
 pub type Matrix = [[f64; STATES]; STATES];
 
@@ -24,9 +24,13 @@ pub struct Transcription {
     pub gyro_bias: DVec3,
     /// Bias of the accelerometer (m/s^2).
     pub accelerometer_bias: DVec3,
+    /// Bias of the barometer (m).
+    pub barometer_bias: f64,
     /// Covariance.
     pub covariance: Matrix,
     force_body: DVec3,
+    turning: DVec3,
+    pushed: DVec3,
     /// Displacement, gained velocity and rotation of every step, the newest last.
     past: Vec<(DVec3, DVec3, DQuat)>,
 }
@@ -77,8 +81,9 @@ impl Transcription {
             [s.accelerometer_bias; 3],
         ];
         let mut covariance = [[0.0; STATES]; STATES];
+        covariance[0][0] = f64::from(config.barometer_bias.deviation).powi(2);
         for (k, deviation) in deviations.as_flattened().iter().enumerate() {
-            covariance[k][k] = f64::from(*deviation).powi(2);
+            covariance[1 + k][1 + k] = f64::from(*deviation).powi(2);
         }
         Self {
             config: *config,
@@ -87,8 +92,11 @@ impl Transcription {
             attitude: vehicle.attitude.as_dquat().normalize(),
             gyro_bias: DVec3::ZERO,
             accelerometer_bias: DVec3::ZERO,
+            barometer_bias: 0.0,
             covariance,
             force_body: DVec3::ZERO,
+            turning: DVec3::ZERO,
+            pushed: DVec3::ZERO,
             past: Vec::new(),
         }
     }
@@ -110,19 +118,29 @@ impl Transcription {
         self.past.push((displacement, gained, turn));
         let mut f = identity();
         let (force_cross, to_world) = (cross_matrix(force_world), DMat3::from_quat(middle));
-        put(&mut f, 0, 3, DMat3::IDENTITY * dt);
-        put(&mut f, 0, 6, -force_cross * (0.5 * dt * dt));
-        put(&mut f, 0, 12, -to_world * (0.5 * dt * dt));
-        put(&mut f, 3, 6, -force_cross * dt);
-        put(&mut f, 3, 12, -to_world * dt);
-        put(&mut f, 6, 9, -to_world * dt);
+        put(&mut f, 1, 4, DMat3::IDENTITY * dt);
+        put(&mut f, 1, 7, -force_cross * (0.5 * dt * dt));
+        put(&mut f, 1, 13, -to_world * (0.5 * dt * dt));
+        put(&mut f, 4, 7, -force_cross * dt);
+        put(&mut f, 4, 13, -to_world * dt);
+        put(&mut f, 7, 10, -to_world * dt);
         self.covariance = product(&product(&f, &self.covariance), &transposed(&f));
         let noise = &self.config.inertial;
         let densities =
             [0.0, noise.accelerometer, noise.gyro, noise.gyro_bias, noise.accelerometer_bias];
-        for k in 0..STATES {
-            self.covariance[k][k] += dt * f64::from(densities[k / 3]).powi(2);
+        // The spectral density at zero of an error `s x` that is correlated over `T` to either side: 2 T s^2 x^2,
+        // with `x` without what is faster than `T`.
+        let time = f64::from(noise.motion_time);
+        let per_square = 2.0 * time * f64::from(noise.distortion).powi(2);
+        let beside = force - DVec3::Z * f64::from(GRAVITY);
+        self.turning += dt / (dt + time) * (rate - self.turning);
+        self.pushed += dt / (dt + time) * (beside - self.pushed);
+        let moving = [0.0, self.pushed.length_squared(), self.turning.length_squared(), 0.0, 0.0];
+        for k in 0..15 {
+            let density = f64::from(densities[k / 3]).powi(2) + per_square * moving[k / 3];
+            self.covariance[1 + k][1 + k] += dt * density;
         }
+        self.covariance[0][0] += dt * f64::from(self.config.barometer_bias.walk).powi(2);
     }
 
     /// Displacement, gained velocity and the rotation back over the last `delay` (s).
@@ -150,30 +168,31 @@ impl Transcription {
             let mut row = [0.0; STATES];
             row[first + k] = 1.0;
             if velocity != 0.0 {
-                row[3 + k] = velocity;
+                row[4 + k] = velocity;
             }
             row
         };
         let mut rows = Vec::new();
         match *measurement {
             Measurement::Barometer(height) => {
-                let row = axis(0, 2, -d);
-                let innovation = f64::from(height) - (self.position.z - displacement.z);
-                rows.push((innovation, row, variance));
+                let mut row = axis(1, 2, -d);
+                row[0] = f64::from(u8::from(self.config.barometer_bias.deviation > 0.0));
+                let past = self.position.z - displacement.z + self.barometer_bias;
+                rows.push((f64::from(height) - past, row, variance));
             }
             Measurement::GnssPosition(x) | Measurement::CapturePosition(x) => {
                 let innovation = x.as_dvec3() - (self.position - displacement);
                 for (k, noise) in noise.into_iter().enumerate() {
-                    rows.push((innovation[k], axis(0, k, -d), noise));
+                    rows.push((innovation[k], axis(1, k, -d), noise));
                 }
             }
             Measurement::GnssVelocity(x) => {
                 let innovation = x.as_dvec3() - (self.velocity - gained);
                 for (k, noise) in noise.into_iter().enumerate() {
-                    let mut row = axis(3, k, 0.0);
+                    let mut row = axis(4, k, 0.0);
                     for j in 0..3 {
-                        row[6 + j] = d * force_cross.col(j)[k];
-                        row[12 + j] = d * to_world.col(j)[k];
+                        row[7 + j] = d * force_cross.col(j)[k];
+                        row[13 + j] = d * to_world.col(j)[k];
                     }
                     rows.push((innovation[k], row, noise));
                 }
@@ -182,18 +201,69 @@ impl Transcription {
                 let error = q.as_dquat().normalize() * (self.attitude * back).inverse();
                 let error = if error.w < 0.0 { -error } else { error };
                 for (k, noise) in noise.into_iter().enumerate() {
-                    rows.push((2.0 * error.xyz()[k], axis(6, k, 0.0), noise));
+                    rows.push((2.0 * error.xyz()[k], axis(7, k, 0.0), noise));
                 }
             }
             Measurement::Magnetometer(field) => {
                 let field = (self.attitude * back) * field.as_dvec3();
-                let north = self.config.magnetic_north_world.as_dvec2().normalize();
+                let known = self.config.magnetic_field_world.as_dvec3();
+                let north = known.truncate().normalize();
                 let seen = field.truncate();
                 let mut row = [0.0; STATES];
-                let dip = field.z / seen.length();
-                (row[6], row[7], row[8]) = (-dip * north.x, -dip * north.y, 1.0);
+                let dip = known.z / known.truncate().length();
+                (row[7], row[8], row[9]) = (-dip * north.x, -dip * north.y, 1.0);
                 let sine = seen.perp_dot(north) / seen.length();
                 rows.push((sine, row, variance));
+            }
+            Measurement::Rangefinder(distance) => {
+                let axes = DMat3::from_quat(self.attitude * back);
+                let c = axes.z_axis.z;
+                let height = self.position.z - displacement.z;
+                let exact = |h: f64, turn: DVec3| {
+                    h / (DMat3::from_quat(DQuat::from_scaled_axis(turn)) * axes).z_axis.z
+                };
+                let step = 1e-6;
+                let slope = |h: f64, turn: DVec3| {
+                    let to = |sign: f64| exact(height + sign * h, sign * turn);
+                    (to(1.0) - to(-1.0)) / (2.0 * step) * c
+                };
+                let mut row = [0.0; STATES];
+                row[3] = slope(step, DVec3::ZERO);
+                row[6] = -d * row[3];
+                (row[7], row[8]) = (slope(0.0, step * DVec3::X), slope(0.0, step * DVec3::Y));
+                let innovation = f64::from(distance) - exact(height, DVec3::ZERO);
+                rows.push((c * innovation, row, variance * c * c));
+            }
+            Measurement::OpticalFlow(flow) => {
+                let axes = DMat3::from_quat(self.attitude * back);
+                let velocity = self.velocity - gained;
+                let height = self.position.z - displacement.z;
+                let distance = height / axes.z_axis.z;
+                let flow = [flow.x, flow.y].map(f64::from);
+                let variance = variance * distance * distance;
+                for (k, flow) in flow.into_iter().enumerate() {
+                    let bias = [self.gyro_bias.y, -self.gyro_bias.x][k];
+                    let exact = |h: f64, turn: DVec3, v: DVec3| {
+                        let axes = DMat3::from_quat(DQuat::from_scaled_axis(turn)) * axes;
+                        axes.col(k).dot(v) * axes.z_axis.z / h + bias
+                    };
+                    // Derivatives of the exact flow by differences.
+                    let step = 1e-6;
+                    let slope = |h: f64, turn: DVec3, v: DVec3| {
+                        let to =
+                            |sign: f64| exact(height + sign * h, sign * turn, velocity + sign * v);
+                        (to(1.0) - to(-1.0)) / (2.0 * step) * distance
+                    };
+                    let mut row = [0.0; STATES];
+                    row[3] = slope(step, DVec3::ZERO, DVec3::ZERO);
+                    for (j, axis) in DVec3::AXES.into_iter().enumerate() {
+                        row[4 + j] = slope(0.0, DVec3::ZERO, step * axis);
+                        row[7 + j] = slope(0.0, step * axis, DVec3::ZERO);
+                    }
+                    (row[10], row[11]) = [(0.0, distance), (-distance, 0.0)][k];
+                    let innovation = flow - exact(height, DVec3::ZERO, velocity);
+                    rows.push((distance * innovation, row, variance));
+                }
             }
         }
         self.apply(&rows);
@@ -228,10 +298,11 @@ impl Transcription {
         let part = |first: usize| {
             DVec3::new(correction[first], correction[first + 1], correction[first + 2])
         };
-        self.position += part(0);
-        self.velocity += part(3);
-        self.attitude = (DQuat::from_scaled_axis(part(6)) * self.attitude).normalize();
-        self.gyro_bias += part(9);
-        self.accelerometer_bias += part(12);
+        self.barometer_bias += correction[0];
+        self.position += part(1);
+        self.velocity += part(4);
+        self.attitude = (DQuat::from_scaled_axis(part(7)) * self.attitude).normalize();
+        self.gyro_bias += part(10);
+        self.accelerometer_bias += part(13);
     }
 }

@@ -10,6 +10,7 @@ use ctrl_core::controller::{
 use ctrl_core::error::ConfigError;
 use ctrl_core::reference::Reference;
 use ctrl_core::robust_adaptive::RobustAdaptive;
+use ctrl_core::rotors::RotorModel;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VectorInterval, VehicleState};
 use glam::{DVec3, Quat, Vec3};
@@ -142,6 +143,7 @@ pub fn robust_adaptive(gains: &Gains, step_period: f32) -> Result<RobustAdaptive
         k4: gains.k4.as_vec3(),
         gamma2: gains.gamma2.as_vec3(),
         integral: integral(gains),
+        rotors: RotorModel::OFF,
     })
 }
 
@@ -166,6 +168,7 @@ pub fn saturated(gains: &Gains, step_period: f32) -> Result<Saturated, ConfigErr
         gamma2: gains.gamma2.as_vec3(),
         gamma3: gains.gamma3 as f32,
         integral: integral(gains),
+        rotors: RotorModel::OFF,
     })
 }
 

@@ -1,7 +1,7 @@
 //! The estimator in `f32` and factors against its transcription in `f64` and full matrices.
 
 use ctrl_core::estimator::{
-    Estimator, EstimatorConfig, EstimatorState, InertialSample, Measurement, Verdict,
+    BarometerBias, Estimator, EstimatorConfig, EstimatorState, InertialSample, Measurement, Verdict,
 };
 use ctrl_core::vehicle::VehicleState;
 use glam::{DQuat, DVec3, Vec3};
@@ -16,6 +16,8 @@ struct Differences {
     attitude: f64,
     /// Of any element of the covariance, in units of its two standard deviations.
     covariance: f64,
+    /// Measurements for which the ground was out of sight.
+    inapplicable: u32,
 }
 
 impl Differences {
@@ -38,7 +40,8 @@ impl Differences {
 
 /// Flies `seconds` of smooth motion with noise; every measurement of `kinds` at 50 Hz.
 fn fly(seed: u64, seconds: u32, kinds: &[usize]) -> Differences {
-    let config = EstimatorConfig::EXAMPLE;
+    let mut config = EstimatorConfig::EXAMPLE;
+    config.barometer_bias = BarometerBias { deviation: 0.5, walk: 0.02 };
     let estimator = Estimator::new(&config).unwrap();
     let start = VehicleState::at_rest(Vec3::new(1.0, -2.0, 3.0));
     let mut state = estimator.start(&start);
@@ -63,8 +66,12 @@ fn fly(seed: u64, seconds: u32, kinds: &[usize]) -> Differences {
             let kind = kinds[(step / 20) as usize % kinds.len()];
             let measurement = measured(kind, &exact, &mut source);
             let verdict = estimator.correct(&mut state, &measurement);
-            assert!(matches!(verdict, Verdict::Accepted { .. }), "{verdict:?} of {measurement:?}");
-            exact.correct(&measurement);
+            match verdict {
+                Verdict::Accepted { .. } => exact.correct(&measurement),
+                // The ground is out of sight in tilts beyond 60 degrees.
+                Verdict::Inapplicable => differences.inapplicable += 1,
+                _ => panic!("{verdict:?} of {measurement:?}"),
+            }
             differences.observe(&state, &exact);
         }
     }
@@ -88,26 +95,49 @@ fn measured(kind: usize, exact: &Transcription, source: &mut Source) -> Measurem
             let then = exact.attitude * exact.motion(0.01).2;
             Measurement::CaptureAttitude((turn * then).as_quat())
         }
-        _ => {
+        5 => {
             let field = DVec3::new(0.0, 20.0, -40.0) + noise(source, 0.2);
             Measurement::Magnetometer((exact.attitude.inverse() * field).as_vec3())
+        }
+        6 => {
+            let (displacement, _, back) = exact.motion(0.01);
+            let up = (exact.attitude * back) * DVec3::Z;
+            let distance = (exact.position - displacement).z / up.z;
+            Measurement::Rangefinder((distance + source.number(-0.02, 0.02)) as f32)
+        }
+        _ => {
+            let (displacement, gained, back) = exact.motion(0.01);
+            let then = exact.attitude * back;
+            let distance = (exact.position - displacement).z / (then * DVec3::Z).z;
+            let velocity = then.inverse() * (exact.velocity - gained) / distance;
+            let bias = DVec3::new(exact.gyro_bias.y, -exact.gyro_bias.x, 0.0);
+            let flow = velocity + bias + noise(source, 0.03);
+            Measurement::OpticalFlow(flow.truncate().as_vec2())
         }
     }
 }
 
 #[test]
 fn single_precision_factors_agree_with_full_matrices_in_double_precision() {
-    for (name, kinds) in
-        [("outdoors", &[0, 1, 2, 5, 1, 2][..]), ("indoors", &[3, 4]), ("all", &[0, 1, 2, 3, 4, 5])]
-    {
+    // Near the ground nothing sees the horizontal position, and while the ground is out of sight, for a few seconds at
+    // a time, nothing the velocity: there differences of tilt, 1e-4 rad of gravity, add up to millimetres.
+    for (name, kinds, position, velocity) in [
+        ("outdoors", &[0, 1, 2, 5, 1, 2][..], 1e-3, 1e-3),
+        ("indoors", &[3, 4], 1e-3, 1e-3),
+        ("near the ground", &[6, 7, 5, 7], 2e-2, 4e-3),
+        ("all", &[0, 1, 2, 3, 4, 5, 6, 7], 1e-3, 1e-3),
+    ] {
         for seed in 0..3 {
-            let found = fly(seed, 30, kinds);
+            let seconds = 30;
+            let found = fly(seed, seconds, kinds);
             println!("{name}, seed {seed}: {found:?}");
-            assert!(found.position < 1e-3, "{name}: {found:?}");
-            assert!(found.velocity < 1e-3, "{name}: {found:?}");
+            assert!(found.inapplicable < seconds * 50 / 2, "{name}: {found:?}");
+            assert!(found.position < position, "{name}: {found:?}");
+            assert!(found.velocity < velocity, "{name}: {found:?}");
             assert!(found.attitude < 2e-4, "{name}: {found:?}");
-            // Noise that takes turns comes up to one step early or late.
-            assert!(found.covariance < 2e-3, "{name}: {found:?}");
+            // Noise that takes turns comes up to one step early or late, and here more than half of the velocity's
+            // is by distortion, at accelerations up to 3.6 m/s^2.
+            assert!(found.covariance < 4e-3, "{name}: {found:?}");
         }
     }
 }

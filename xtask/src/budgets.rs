@@ -11,7 +11,7 @@ use crate::elf::Image;
 use crate::estimator::{Cost, IMAGE};
 use crate::measurement::{Measurement, prepare};
 use crate::step_image::CONTROLLERS;
-use crate::{allocation, c_library, filter, firmware, image_stack, step_image};
+use crate::{allocation, c_library, filter, firmware, image_stack, mavlink_task, step_image};
 
 const FILE: &str = "budgets.toml";
 /// RAM of the board that `memory.x` gives the linker (B).
@@ -29,6 +29,7 @@ struct Budgets {
 }
 
 /// One measured quantity.
+#[derive(Clone)]
 pub struct Row {
     /// Table of the file.
     pub subject: &'static str,
@@ -147,14 +148,14 @@ pub fn print_allocation() -> Result<()> {
 /// Builds the firmware's images and prints their sizes and the worst-case stack of each task.
 pub fn print_firmware() -> Result<()> {
     firmware::build()?;
-    for Row { quantity, unit, value, .. } in firmware_rows()? {
-        println!("{quantity:<12} {value:>8} {unit}");
+    for Row { subject, quantity, unit, value } in firmware_rows()? {
+        println!("{subject:<18} {quantity:<12} {value:>8} {unit}");
     }
     Ok(())
 }
 
 /// Sizes of the image for a board; that for the emulator has more in it.
-fn firmware_rows() -> Result<[Row; 3]> {
+fn firmware_rows() -> Result<Vec<Row>> {
     let path = firmware::image("board");
     let image = Image::read(&path)?;
     println!("\nfirmware-board: worst-case stack, each handler on top of the ones before");
@@ -164,14 +165,18 @@ fn firmware_rows() -> Result<[Row; 3]> {
     ensure!(painted <= stack, "painted memory shows more stack than the call graph");
     let used = stack + image.static_ram;
     ensure!(used <= RAM, "stack and static RAM take {used} B of {RAM} B");
-    Ok([("flash", image.flash), ("static_ram", image.static_ram), ("stack", stack)].map(
-        |(quantity, value)| Row {
-            subject: "firmware-board",
-            quantity,
-            unit: "B",
-            value: value as f64,
-        },
-    ))
+    let mavlink = mavlink_task::Cost::take(&path)?;
+    let rows = [
+        ("firmware-board", "flash", image.flash),
+        ("firmware-board", "static_ram", image.static_ram),
+        ("firmware-board", "stack", stack),
+        ("firmware-mavlink", "flash", mavlink.flash),
+        ("firmware-mavlink", "ram", mavlink.ram),
+        ("firmware-mavlink", "stack", mavlink.stack),
+    ];
+    let row =
+        |(subject, quantity, value)| Row { subject, quantity, unit: "B", value: value as f64 };
+    Ok(rows.map(row).to_vec())
 }
 
 fn print_cases(controller: &str, measurement: &Measurement) {

@@ -88,7 +88,11 @@ fn by_kind(counts: &[u64]) -> Result<Vec<(&'static str, usize, u64)>> {
     let mut flown = 0;
     for (measurement, count) in measurements.zip(counts) {
         let name = measurement.source().name();
-        let components = if matches!(name, "barometer" | "magnetometer") { 1 } else { 3 };
+        let components = match name {
+            "barometer" | "magnetometer" | "rangefinder" => 1,
+            "optical_flow" => 2,
+            _ => 3,
+        };
         match kinds.iter_mut().find(|(known, _, _)| *known == name) {
             Some((_, _, most)) => *most = (*most).max(*count),
             None => kinds.push((name, components, *count)),

@@ -11,12 +11,12 @@ use crate::elf::Image;
 
 /// Bytes that the processor pushes before a handler: 26 words with the floating-point registers, aligned
 /// to 8 bytes.
-const EXCEPTION_FRAME: u64 = 112;
+pub const EXCEPTION_FRAME: u64 = 112;
 /// Handler of unused entries of the vector table: an endless loop.
 const UNUSED: &str = "DefaultHandler";
 
 /// Calls through pointers, and all that these can point at.
-const POINTERS: &[KnownPointer] = &[
+pub const POINTERS: &[KnownPointer] = &[
     // defmt-rtt chooses one of two ways to write, by whether a debugger listens.
     KnownPointer {
         caller: "_defmt_",
@@ -58,7 +58,7 @@ pub fn worst_case(path: &Path) -> Result<u64> {
 }
 
 /// The distinct entries of the vector table, reset first.
-fn vectors(path: &Path) -> Result<Vec<u64>> {
+pub fn vectors(path: &Path) -> Result<Vec<u64>> {
     let bytes = std::fs::read(path)?;
     let file = File::parse(&*bytes)?;
     let table = file.section_by_name(".vector_table").context("no vector table")?;

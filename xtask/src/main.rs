@@ -16,6 +16,7 @@ mod frames;
 mod fuzz;
 mod image_stack;
 mod machine_code;
+mod mavlink_task;
 mod measurement;
 mod profile;
 mod python;

@@ -44,6 +44,7 @@ static gyrfalcon_config read_config(FILE *file, uint32_t kind) {
         read_floats(file, &config.gamma3, 1);
     }
     read_floats(file, &config.integral.acceleration_max, 4);
+    read_floats(file, &config.rotors.lag, 2);
     return config;
 }
 

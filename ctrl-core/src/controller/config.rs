@@ -8,6 +8,7 @@ use super::AnyController;
 use crate::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use crate::error::ConfigError;
 use crate::robust_adaptive::RobustAdaptive;
+use crate::rotors::RotorModel;
 use crate::saturated::Saturated;
 use crate::vehicle::{InitialEstimate, Uncertainty};
 
@@ -85,6 +86,12 @@ impl ControllerConfig {
     #[must_use]
     pub fn integral(&self) -> &IntegralAction {
         of_each!(self, config => &config.integral)
+    }
+
+    /// Model of the rotors behind the torque command.
+    #[must_use]
+    pub fn rotors(&self) -> &RotorModel {
+        of_each!(self, config => &config.rotors)
     }
 
     /// The fixed step `dt` (s).

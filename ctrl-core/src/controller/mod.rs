@@ -150,6 +150,9 @@ pub struct Intermediates {
     pub torque_demand_body: Vec3,
     /// `tau` (34), (37) (N m).
     pub torque_body: Vec3,
+    /// Torque that the law takes to act on the vehicle, the mean over the step (N m): `torque_body` without a
+    /// model of the rotors.
+    pub acting_torque_body: Vec3,
     /// `beta'` (14) (1/(kg s)).
     pub inverse_mass_rate: f32,
     /// `a_hat'` (35) (kg m^2/s), controller 1.

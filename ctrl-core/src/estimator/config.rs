@@ -1,7 +1,7 @@
 //! Configuration of the estimator: noise of the sensors in the units of data sheets' densities, what is
 //! known at the start, and the limits of faults.
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +22,23 @@ pub struct InertialNoise {
     pub gyro_bias: f32,
     /// Random walk of the accelerometer's bias (m/s^2/√s).
     pub accelerometer_bias: f32,
+    /// Standard deviation of scale errors and couplings between axes after calibration, of both sensors (1).
+    ///
+    /// They have no states: what they add in motion counts as noise, see `docs/estimator.md`.
+    pub distortion: f32,
+    /// Time (s) to which `distortion` adds up: in motion that lasts longer. What is faster averages out.
+    pub motion_time: f32,
+}
+
+/// Bias of the barometer, by the weather and the flow around the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct BarometerBias {
+    /// Standard deviation at the start; zero for a barometer without bias (m).
+    pub deviation: f32,
+    /// Random walk (m/√s).
+    pub walk: f32,
 }
 
 /// Standard deviations at the start.
@@ -91,10 +108,13 @@ pub struct EstimatorConfig {
     pub inertial: InertialNoise,
     /// Standard deviations at the start.
     pub initial: InitialDeviation,
-    /// Direction of the magnetic field's horizontal part, world axes, of any length.
-    pub magnetic_north_world: Vec2,
+    /// The Earth's magnetic field, world axes, in any unit: heading from its horizontal direction, weight of
+    /// the tilt from its inclination.
+    pub magnetic_field_world: Vec3,
     /// Barometer: height (m).
     pub barometer: SourceConfig,
+    /// Its bias.
+    pub barometer_bias: BarometerBias,
     /// Magnetometer: heading (rad).
     pub magnetometer: SourceConfig,
     /// GNSS position (m).
@@ -105,6 +125,10 @@ pub struct EstimatorConfig {
     pub capture_position: SourceConfig,
     /// Motion-capture attitude (rad).
     pub capture_attitude: SourceConfig,
+    /// Rangefinder: distance (m).
+    pub rangefinder: SourceConfig,
+    /// Optical flow: velocity per distance (rad/s).
+    pub optical_flow: SourceConfig,
     /// Limits of faults.
     pub faults: FaultLimits,
 }
@@ -120,6 +144,8 @@ impl EstimatorConfig {
             Source::GnssVelocity => &self.gnss_velocity,
             Source::CapturePosition => &self.capture_position,
             Source::CaptureAttitude => &self.capture_attitude,
+            Source::Rangefinder => &self.rangefinder,
+            Source::OpticalFlow => &self.optical_flow,
         }
     }
 
@@ -144,6 +170,13 @@ impl EstimatorConfig {
             Bound::Inside(0.0, 10.0),
             "a random walk",
         )?;
+        let small = Bound::Inside(0.0, 0.1);
+        require("inertial.distortion", noise.distortion, small, "scale and coupling")?;
+        let time = Bound::Inside(0.0, 60.0);
+        require("inertial.motion_time", noise.motion_time, time, "a correlation time")?;
+        let bias = &self.barometer_bias;
+        require("barometer_bias.deviation", bias.deviation, Bound::Inside(0.0, 1e3), "a bias")?;
+        require("barometer_bias.walk", bias.walk, Bound::Inside(0.0, 10.0), "a random walk")?;
         let start = &self.initial;
         const START: &str = "a standard deviation";
         for (name, value, most) in [
@@ -156,8 +189,14 @@ impl EstimatorConfig {
         ] {
             require(name, value, Bound::Inside(1e-7, most), START)?;
         }
-        let north = self.magnetic_north_world.length_squared();
-        require("magnetic_north_world", north, Bound::Inside(1e-6, 1e6), "its squared length")?;
+        let field = self.magnetic_field_world;
+        let north = field.truncate().length_squared();
+        const HORIZONTAL: &str = "the squared length of its horizontal part";
+        require("magnetic_field_world", north, Bound::Inside(1e-6, 1e6), HORIZONTAL)?;
+        let dip = field.z * field.z / north;
+        const DIP: &str =
+            "at the poles there is no heading: squared ratio of vertical to horizontal";
+        require("magnetic_field_world", dip, Bound::Inside(0.0, 400.0), DIP)?;
         SOURCES.into_iter().try_for_each(|source| self.check_source(source))?;
         self.check_faults()
     }
@@ -204,7 +243,8 @@ impl EstimatorConfig {
         let [p, v, g, a] =
             [s.position, s.velocity, s.gyro_bias, s.accelerometer_bias].map(|x| x * x);
         let (t, h) = (s.tilt * s.tilt, s.heading * s.heading);
-        [p, p, p, v, v, v, t, t, h, g, g, g, a, a, a]
+        let b = self.barometer_bias.deviation * self.barometer_bias.deviation;
+        [b, p, p, p, v, v, v, t, t, h, g, g, g, a, a, a]
     }
 
     /// Variances of position and velocity after a restart at a measurement of `source`.

@@ -1,6 +1,6 @@
 //! Correction by one measurement: one number after the other, each through the gate.
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{Mat3, Quat, Vec2, Vec3};
 
 use super::covariance::{Projection, Row, STATES};
 use super::history::Motion;
@@ -14,6 +14,10 @@ use crate::sqrt::sqrt;
 const NUMBER_MAX: f32 = 1e7;
 /// Largest attitude correction about one axis at once (rad).
 const TURN_MAX: f32 = 0.5;
+/// Smallest cosine of the tilt at which the ground is seen.
+const COSINE_MIN: f32 = 0.5;
+/// Smallest distance at which the ground's flow is used (m).
+const DISTANCE_MIN: f32 = 0.05;
 /// Smallest horizontal part of the magnetic field that still is a heading, of its length.
 const HORIZONTAL_MIN: f32 = 0.05;
 
@@ -48,6 +52,7 @@ impl Estimator {
                 health.reject();
                 return self.after_rejection(state, measurement, source);
             }
+            Verdict::Inapplicable => {}
             _ => health.refuse(),
         }
         verdict
@@ -71,8 +76,9 @@ impl Estimator {
         let noise = [r, r, rz];
         match *measurement {
             Measurement::Barometer(height) => {
-                let past = state.position_world.z - motion.displacement.z;
-                let row = Row::Position { axis: 2, rate: -config.delay };
+                let past = state.position_world.z - motion.displacement.z + state.barometer_bias;
+                let bias = if self.config.barometer_bias.deviation > 0.0 { 1.0 } else { 0.0 };
+                let row = Row::Barometer { bias, rate: -config.delay };
                 self.apply(state, [height - past], [row], [r])
             }
             Measurement::GnssPosition(position) | Measurement::CapturePosition(position) => {
@@ -95,6 +101,21 @@ impl Estimator {
             Measurement::Magnetometer(field) => match self.heading(state, field, &motion) {
                 Some((innovation, row)) => self.apply(state, [innovation], [row], [r]),
                 None => Verdict::Unusable,
+            },
+            Measurement::Rangefinder(distance) => match Ground::seen(state, &motion) {
+                Some(ground) => {
+                    let (innovation, row) = ground.range(distance, -config.delay);
+                    self.apply(state, [innovation], [row], [r * ground.cosine * ground.cosine])
+                }
+                None => Verdict::Inapplicable,
+            },
+            Measurement::OpticalFlow(flow) => match Ground::seen(state, &motion) {
+                Some(ground) if ground.distance() >= DISTANCE_MIN => {
+                    let d = ground.distance();
+                    let (innovations, rows) = ground.flow(state, flow, &motion);
+                    self.apply(state, innovations, rows, [r * d * d; 2])
+                }
+                _ => Verdict::Inapplicable,
             },
         }
     }
@@ -136,7 +157,8 @@ impl Estimator {
     }
 
     /// Innovation of the heading, and its row: `-theta_z + (m_z/m_h) (n . theta)` is the angle by which the
-    /// field, turned by the estimate, misses its known direction `n`.
+    /// field, turned by the estimate, misses its known direction `n`. The row holds the known field's
+    /// inclination, not the measured one: rows that differ by noise would claim to tell tilt from heading.
     fn heading(
         &self,
         state: &EstimatorState,
@@ -157,7 +179,7 @@ impl Estimator {
         let cosine = field.x * north.x + field.y * north.y;
         // Beyond a right angle the sine would fall again.
         let innovation = if cosine >= 0.0 { sine } else { 1.0f32.copysign(sine) };
-        let dip = field.z / horizontal;
+        let dip = self.dip;
         let row = Vec3::new(-dip * north.x, -dip * north.y, 1.0);
         Some((innovation, Row::Attitude(row)))
     }
@@ -216,6 +238,60 @@ fn past_velocity(state: &EstimatorState, d: f32) -> [Row; 3] {
     ]
 }
 
+/// Flat ground at height zero as the body saw it.
+struct Ground {
+    height: f32,
+    /// Body axes in world axes.
+    axes: Mat3,
+    /// Cosine of the tilt.
+    cosine: f32,
+}
+
+impl Ground {
+    /// None when the body's axis is tilted too far.
+    fn seen(state: &EstimatorState, motion: &Motion) -> Option<Self> {
+        let then = renormalised(state.attitude * motion.rotation)?;
+        let axes = Mat3::from_quat(then);
+        let cosine = axes.z_axis.z;
+        let height = state.position_world.z - motion.displacement.z;
+        (cosine >= COSINE_MIN).then_some(Self { height, axes, cosine })
+    }
+
+    /// Along the body's -z axis (m).
+    fn distance(&self) -> f32 {
+        self.height / self.cosine
+    }
+
+    /// Derivative of the cosine by the attitude errors about x and y: `e3 . (theta × b3)`.
+    fn cosine_by_attitude(&self) -> Vec2 {
+        Vec2::new(self.axes.z_axis.y, -self.axes.z_axis.x)
+    }
+
+    /// `r c - h`, a height, and its row `dh - (h/c) dc`.
+    fn range(&self, distance: f32, rate: f32) -> (f32, Row) {
+        let attitude = -self.distance() * self.cosine_by_attitude();
+        (distance * self.cosine - self.height, Row::Range { rate, attitude })
+    }
+
+    /// `d (flow + bias) - v . b_k` for the body axes `b_1` and `b_2`, velocities, and their rows.
+    fn flow(&self, state: &EstimatorState, flow: Vec2, motion: &Motion) -> ([f32; 2], [Row; 2]) {
+        let (d, bias) = (self.distance(), state.gyro_bias);
+        let velocity = state.velocity_world - motion.gained_velocity;
+        let seen = d * (flow - Vec2::new(bias.y, -bias.x));
+        let along = |axis: Vec3| velocity.dot(axis);
+        let Self { axes, cosine, .. } = self;
+        let row = |axis: Vec3, bias: Vec2| {
+            let per_height = along(axis) / cosine;
+            // A longer way along the tilted axis: the same flow is more velocity.
+            let longer = (per_height * self.cosine_by_attitude()).extend(0.0);
+            let attitude = axis.cross(velocity) + longer;
+            Row::Flow { height: -per_height / d, velocity: axis, attitude, bias }
+        };
+        let innovations = [seen.x - along(axes.x_axis), seen.y - along(axes.y_axis)];
+        (innovations, [row(axes.x_axis, d * Vec2::Y), row(axes.y_axis, -d * Vec2::X)])
+    }
+}
+
 /// Rotation vector in world axes from the estimated to the measured attitude; none if the measurement is
 /// no quaternion of unit length.
 fn turned_from(state: &EstimatorState, measured: Quat, motion: &Motion) -> Option<Vec3> {
@@ -228,7 +304,7 @@ fn turned_from(state: &EstimatorState, measured: Quat, motion: &Motion) -> Optio
 /// Shifts the state by a correction of its error.
 #[inline(always)]
 fn shift(state: &mut EstimatorState, correction: &[f32; STATES]) {
-    let [p0, p1, p2, v0, v1, v2, t0, t1, t2, g0, g1, g2, a0, a1, a2] = *correction;
+    let [b, p0, p1, p2, v0, v1, v2, t0, t1, t2, g0, g1, g2, a0, a1, a2] = *correction;
     state.position_world += Vec3::new(p0, p1, p2);
     state.velocity_world += Vec3::new(v0, v1, v2);
     let limit = Vec3::splat(TURN_MAX);
@@ -240,4 +316,5 @@ fn shift(state: &mut EstimatorState, correction: &[f32; STATES]) {
     state.gyro_bias += gyro_bias;
     state.rate_body -= gyro_bias;
     state.accelerometer_bias += Vec3::new(a0, a1, a2);
+    state.barometer_bias += b;
 }

@@ -1,6 +1,6 @@
 //! Measurements, their sources and their verdicts.
 
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 
 /// One inertial sample: means over the step that ends now, as sensors with a matched filter give them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,6 +26,13 @@ pub enum Measurement {
     CapturePosition(Vec3),
     /// Attitude, body to world.
     CaptureAttitude(Quat),
+    /// Distance to flat ground at height zero along the body's -z axis (m).
+    Rangefinder(f32),
+    /// Flow of the ground below: velocities along body x and y per distance along the body's -z axis (rad/s).
+    ///
+    /// The image's rotation is taken out by the gyro as it measures, its bias included: the estimator takes out
+    /// the bias that it knows.
+    OpticalFlow(Vec2),
 }
 
 /// Origin of a measurement.
@@ -44,16 +51,22 @@ pub enum Source {
     CapturePosition,
     /// Attitude from motion capture.
     CaptureAttitude,
+    /// Rangefinder.
+    Rangefinder,
+    /// Optical flow.
+    OpticalFlow,
 }
 
 /// Every source.
-pub const SOURCES: [Source; 6] = [
+pub const SOURCES: [Source; 8] = [
     Source::Barometer,
     Source::Magnetometer,
     Source::GnssPosition,
     Source::GnssVelocity,
     Source::CapturePosition,
     Source::CaptureAttitude,
+    Source::Rangefinder,
+    Source::OpticalFlow,
 ];
 
 impl Source {
@@ -67,6 +80,8 @@ impl Source {
             Self::GnssVelocity => "gnss_velocity",
             Self::CapturePosition => "capture_position",
             Self::CaptureAttitude => "capture_attitude",
+            Self::Rangefinder => "rangefinder",
+            Self::OpticalFlow => "optical_flow",
         }
     }
 }
@@ -82,6 +97,8 @@ impl Measurement {
             Self::GnssVelocity(_) => Source::GnssVelocity,
             Self::CapturePosition(_) => Source::CapturePosition,
             Self::CaptureAttitude(_) => Source::CaptureAttitude,
+            Self::Rangefinder(_) => Source::Rangefinder,
+            Self::OpticalFlow(_) => Source::OpticalFlow,
         }
     }
 
@@ -89,7 +106,8 @@ impl Measurement {
     #[must_use]
     pub fn numbers(&self) -> [f32; 4] {
         match *self {
-            Self::Barometer(height) => [height, 0.0, 0.0, 0.0],
+            Self::Barometer(x) | Self::Rangefinder(x) => [x, 0.0, 0.0, 0.0],
+            Self::OpticalFlow(x) => [x.x, x.y, 0.0, 0.0],
             Self::Magnetometer(x)
             | Self::GnssPosition(x)
             | Self::GnssVelocity(x)
@@ -113,6 +131,8 @@ pub enum Verdict {
     Rejected,
     /// Not finite, out of every range, or of no direction.
     Unusable,
+    /// Nothing that the measurement could be compared with: tilted beyond 60 degrees, or too near to the ground.
+    Inapplicable,
     /// The sensor repeats itself.
     Stuck,
     /// Position and velocity were started anew from the measurement.

@@ -1,10 +1,10 @@
-//! Estimate of the vehicle's state from its sensors: an error-state Kalman filter with 15 states.
+//! Estimate of the vehicle's state from its sensors: an error-state Kalman filter with 16 states.
 //!
 //! Position, velocity and attitude follow the inertial samples; their errors and the biases of gyro and
-//! accelerometer are 15 error states with a covariance, which barometer, magnetometer, GNSS and motion
-//! capture correct, one number after the other. `docs/estimator.md` has the equations.
+//! accelerometer, and the barometer's bias, are 16 error states with a covariance, which barometer, magnetometer,
+//! GNSS, motion capture, rangefinder and optical flow correct, one number after the other. `docs/estimator.md` has the equations.
 //!
-//! - The attitude error is a rotation in *world* axes. The order position, velocity, attitude, biases then
+//! - The attitude error is a rotation in *world* axes. The order barometer bias, position, velocity, attitude, biases then
 //!   makes the transition matrix unit upper triangular, and a covariance in the factors `U D U^T` is
 //!   propagated exactly: see [`covariance`].
 //! - Every measurement passes a chi-square gate; stuck, jumping and missing sensors are named in the
@@ -46,7 +46,9 @@ mod state;
 #[cfg(test)]
 mod tests;
 
-pub use config::{EstimatorConfig, FaultLimits, InertialNoise, InitialDeviation, SourceConfig};
+pub use config::{
+    BarometerBias, EstimatorConfig, FaultLimits, InertialNoise, InitialDeviation, SourceConfig,
+};
 pub use health::{Fault, Health};
 pub use measurement::{InertialSample, Measurement, SOURCES, Source, Verdict};
 pub use state::{Estimate, EstimatorState, Restart, Validity};
@@ -68,10 +70,16 @@ const INERTIAL_TIMEOUT: f32 = 0.02;
 pub struct Estimator {
     config: EstimatorConfig,
     /// Variances that one prediction adds when it is their turn: velocity, attitude, a bias state of either
-    /// kind.
-    noise: [f32; 4],
+    /// kind; and the barometer's bias, at each.
+    noise: [f32; 5],
+    /// Variance per square of rate or of specific force beside gravity, added like the first two.
+    distortion: f32,
+    /// Share of a new sample in the slow motion.
+    motion_share: f32,
     /// Unit vector along the magnetic field's horizontal part.
     north: Vec2,
+    /// Vertical part of the field per horizontal part.
+    dip: f32,
     slot_spacing: u16,
 }
 
@@ -86,7 +94,9 @@ impl Estimator {
         // Velocity and attitude have their noise in turn, and so do the six bias states.
         let square = |density: f32| 2.0 * density * density * dt;
         let walk = |density: f32| f32::from(prediction::TURNS) * density * density * dt;
-        let north = config.magnetic_north_world;
+        let field = config.magnetic_field_world;
+        let (north, horizontal) = (field.truncate(), sqrt(field.truncate().length_squared()));
+        let walk_height = config.barometer_bias.walk;
         Ok(Self {
             config: *config,
             noise: [
@@ -94,8 +104,13 @@ impl Estimator {
                 square(noise.gyro),
                 walk(noise.gyro_bias),
                 walk(noise.accelerometer_bias),
+                walk_height * walk_height * dt,
             ],
-            north: north / sqrt(north.length_squared()),
+            // An error that lasts over a time to either side has the density of white noise with this variance.
+            motion_share: dt / (dt + noise.motion_time),
+            distortion: 2.0 * noise.motion_time * square(noise.distortion),
+            north: north / horizontal,
+            dip: field.z / horizontal,
             slot_spacing: config.slot_spacing(),
         })
     }
@@ -121,7 +136,9 @@ impl Estimator {
             attitude: renormalised(vehicle.attitude).unwrap_or(Quat::IDENTITY),
             gyro_bias: Vec3::ZERO,
             accelerometer_bias: Vec3::ZERO,
+            barometer_bias: 0.0,
             rate_body,
+            motion: [Vec3::ZERO; 2],
             held: InertialSample {
                 rate_body,
                 specific_force_body: crate::vehicle::GRAVITY * Vec3::Z,
@@ -197,6 +214,8 @@ impl EstimatorConfig {
             accelerometer: 2e-3,
             gyro_bias: 1e-5,
             accelerometer_bias: 1e-4,
+            distortion: 5e-4,
+            motion_time: 0.5,
         },
         initial: InitialDeviation {
             position: 1.0,
@@ -206,13 +225,14 @@ impl EstimatorConfig {
             gyro_bias: 0.01,
             accelerometer_bias: 0.1,
         },
-        magnetic_north_world: Vec2::Y,
+        magnetic_field_world: Vec3::new(0.0, 20.0, -40.0),
         barometer: SourceConfig {
             deviation: 0.3,
             deviation_vertical: 0.3,
             delay: 0.0,
             timeout: 0.5,
         },
+        barometer_bias: BarometerBias { deviation: 0.0, walk: 0.0 },
         magnetometer: SourceConfig {
             deviation: 0.03,
             deviation_vertical: 0.03,
@@ -242,6 +262,18 @@ impl EstimatorConfig {
             deviation_vertical: 5e-3,
             delay: 0.01,
             timeout: 0.1,
+        },
+        rangefinder: SourceConfig {
+            deviation: 0.02,
+            deviation_vertical: 0.02,
+            delay: 0.01,
+            timeout: 0.5,
+        },
+        optical_flow: SourceConfig {
+            deviation: 0.05,
+            deviation_vertical: 0.05,
+            delay: 0.01,
+            timeout: 0.5,
         },
         faults: FaultLimits {
             gate: 16.0,

@@ -48,7 +48,12 @@ impl Estimator {
         state.history.advance(displacement, gained, turn, self.slot_spacing);
         let jacobian = Jacobian { step_period: dt, gain_world, bias: to_world * -dt };
         state.covariance.propagate(&jacobian);
-        self.add_noise(state, if usable { 1.0 } else { HELD });
+        // Slow motion, in which distortion adds up: what is faster averages out.
+        let [turning, pushed] = &mut state.motion;
+        *turning += self.motion_share * (rate - *turning);
+        *pushed += self.motion_share * (force - GRAVITY * Vec3::Z - *pushed);
+        let moving = [turning.length_squared(), pushed.length_squared()];
+        self.add_noise(state, if usable { 1.0 } else { HELD }, moving);
         self.keep_sound(state);
     }
 
@@ -70,13 +75,18 @@ impl Estimator {
     }
 
     /// In turn, the noise of velocity or attitude, each of two steps, and that of one bias state, of
-    /// [`TURNS`] steps. The sensors' noise is the same along all axes, so it is in the world's too.
+    /// [`TURNS`] steps. The sensors' noise is the same along all axes, so it is in the world's too. `moving`: squares
+    /// of slow rate and of slow specific force beside gravity.
     #[inline(always)]
-    fn add_noise(&self, state: &mut EstimatorState, factor: f32) {
-        let [velocity, attitude, gyro_bias, accelerometer_bias] = self.noise;
+    fn add_noise(&self, state: &mut EstimatorState, factor: f32, moving: [f32; 2]) {
+        let [velocity, attitude, gyro_bias, accelerometer_bias, barometer_bias] = self.noise;
         let turn = usize::from(state.turn);
-        let (first, noise) =
-            if turn.is_multiple_of(2) { (ATTITUDE, attitude) } else { (VELOCITY, velocity) };
+        let (first, noise) = if turn.is_multiple_of(2) {
+            (ATTITUDE, attitude + self.distortion * moving[0])
+        } else {
+            (VELOCITY, velocity + self.distortion * moving[1])
+        };
+        state.covariance.add_barometer_noise(barometer_bias);
         for k in 0..3 {
             state.covariance.add_noise(first + k, factor * noise);
         }

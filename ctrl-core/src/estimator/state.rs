@@ -43,8 +43,11 @@ pub struct EstimatorState {
     pub(super) attitude: Quat,
     pub(super) gyro_bias: Vec3,
     pub(super) accelerometer_bias: Vec3,
+    pub(super) barometer_bias: f32,
     /// Of the last inertial sample, less the bias.
     pub(super) rate_body: Vec3,
+    /// Rate and specific force beside gravity, body axes, without what is faster than the motion's time.
+    pub(super) motion: [Vec3; 2],
     pub(super) held: super::InertialSample,
     pub(super) covariance: Covariance,
     pub(super) history: History,
@@ -81,6 +84,12 @@ impl EstimatorState {
     #[must_use]
     pub fn accelerometer_bias(&self) -> Vec3 {
         self.accelerometer_bias
+    }
+
+    /// Bias of the barometer: what it shows too much (m).
+    #[must_use]
+    pub fn barometer_bias(&self) -> f32 {
+        self.barometer_bias
     }
 
     /// Covariance of the error: truth less estimate, the attitude's as a rotation vector in world axes.

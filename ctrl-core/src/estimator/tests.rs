@@ -115,15 +115,15 @@ fn propagation_is_that_of_full_matrices() {
         core::array::from_fn(|i| core::array::from_fn(|j| f64::from(u8::from(i == j))));
     let half = dt / 2.0;
     for k in 0..3 {
-        f[k][3 + k] = dt;
+        f[1 + k][4 + k] = dt;
         for l in 0..3 {
             let unit = Vec3::from_array(core::array::from_fn(|i| f32::from(u8::from(i == l))));
             let effect = f64::from(unit.cross(gain)[k]);
-            f[3 + k][6 + l] = effect;
-            f[k][6 + l] = half * effect;
-            f[6 + k][9 + l] = bias.col(l)[k].into();
-            f[3 + k][12 + l] = bias.col(l)[k].into();
-            f[k][12 + l] = half * f64::from(bias.col(l)[k]);
+            f[4 + k][7 + l] = effect;
+            f[1 + k][7 + l] = half * effect;
+            f[7 + k][10 + l] = bias.col(l)[k].into();
+            f[4 + k][13 + l] = bias.col(l)[k].into();
+            f[1 + k][13 + l] = half * f64::from(bias.col(l)[k]);
         }
     }
     let expected = product(&product(&f, &dense(&covariance)), &transposed(&f));
@@ -157,6 +157,15 @@ fn a_correction_is_that_of_joseph() {
         Row::PastVelocity { axis: 1, attitude: Vec3::new(0.9, 0.0, -0.1), bias: Vec3::splat(0.1) },
         Row::Attitude(Vec3::new(-1.1, 0.4, 1.0)),
         Row::Attitude(Vec3::Y),
+        Row::Barometer { bias: 1.0, rate: -0.1 },
+        Row::Barometer { bias: 0.0, rate: 0.0 },
+        Row::Range { rate: -0.1, attitude: Vec2::new(0.4, -0.3) },
+        Row::Flow {
+            height: -0.4,
+            velocity: Vec3::new(0.8, 0.1, -0.2),
+            attitude: Vec3::new(0.5, -0.2, 0.3),
+            bias: Vec2::new(0.0, 0.7),
+        },
     ];
     for row in rows {
         let mut covariance = sample_covariance();
@@ -279,7 +288,7 @@ fn inertial_samples_that_stop_or_freeze_cost_validity_and_nothing_else() {
 fn heading_follows_the_field_whatever_the_dip() {
     for dip in [-2.2, 0.0, 1.0] {
         let mut config = EstimatorConfig::EXAMPLE;
-        config.magnetic_north_world = Vec2::new(0.3, 2.0);
+        config.magnetic_field_world = Vec3::new(0.3, 2.0, dip * 2.022);
         // A tilt that is not known better takes its part of the innovation where the field dips.
         (config.initial.tilt, config.initial.accelerometer_bias) = (1e-3, 1e-3);
         let estimator = Estimator::new(&config).unwrap();
@@ -369,7 +378,7 @@ fn configurations_out_of_range_are_refused_by_name() {
     assert_eq!(refused(&|c| c.gnss_position.delay = 5.0), Some("gnss_position"));
     assert_eq!(refused(&|c| c.barometer.deviation = 0.0), Some("barometer"));
     assert_eq!(refused(&|c| c.faults.repetitions = 1), Some("faults.repetitions"));
-    assert_eq!(refused(&|c| c.magnetic_north_world = Vec2::ZERO), Some("magnetic_north_world"));
+    assert_eq!(refused(&|c| c.magnetic_field_world = Vec3::Z), Some("magnetic_field_world"));
 }
 
 #[test]
@@ -418,6 +427,8 @@ fn hostile_measurement() -> impl Strategy<Value = Measurement> {
         hostile_vector().prop_map(Measurement::CapturePosition),
         (hostile_vector(), hostile())
             .prop_map(|(v, w)| Measurement::CaptureAttitude(Quat::from_xyzw(v.x, v.y, v.z, w))),
+        hostile().prop_map(Measurement::Rangefinder),
+        hostile_vector().prop_map(|v| Measurement::OpticalFlow(v.truncate())),
     ]
 }
 

@@ -95,22 +95,16 @@ impl Navigator {
     /// # Errors
     /// Names a field that is out of its range.
     pub fn new(config: &NavigationConfig) -> Result<Self, ConfigError> {
-        let heights = [
-            ("navigation.take_off_altitude", config.take_off_altitude),
-            ("navigation.return_altitude", config.return_altitude),
-        ];
-        for (name, height) in heights {
-            require(name, height, Bound::Inside(0.5, 1000.0), "height, m")?;
-        }
-        let slow = Bound::Inside(0.05, config.shaper.descent_max);
-        require("navigation.land_speed", config.land_speed, slow, "at most descent_max, m/s")?;
-        let near = Bound::Inside(0.05, 100.0);
-        require("navigation.acceptance_radius", config.acceptance_radius, near, "distance, m")?;
-        let silence = Bound::Inside(0.01, 60.0);
-        require("navigation.setpoint_timeout", config.setpoint_timeout, silence, "time, s")?;
-        Ok(Self {
-            config: *config,
-            shaper: Shaper::new(&config.shaper)?,
+        Ok(Self::of(&config.check()?))
+    }
+
+    /// As [`new`](Self::new), with a configuration that has been checked.
+    #[must_use]
+    #[inline(always)]
+    pub fn of(checked: &CheckedNavigation) -> Self {
+        Self {
+            config: checked.config,
+            shaper: checked.shaper,
             state: ShaperState::at_rest(Vec3::ZERO, 0.0),
             mode: NavigationMode::Hold,
             setpoint: Setpoint::at(Vec3::ZERO),
@@ -127,7 +121,7 @@ impl Navigator {
             stage: Stage::Climb,
             put_off: None,
             reaction: None,
-        })
+        }
     }
 
     /// The configuration.
@@ -141,7 +135,7 @@ impl Navigator {
     /// # Errors
     /// As [`new`](Self::new); nothing is then changed.
     pub fn reconfigure(&mut self, config: &NavigationConfig) -> Result<(), ConfigError> {
-        let Self { shaper, config, .. } = Self::new(config)?;
+        let CheckedNavigation { config, shaper } = config.check()?;
         (self.shaper, self.config) = (shaper, config);
         Ok(())
     }
@@ -610,6 +604,36 @@ impl Navigator {
             (_, NavigationMode::TakeOff) => Airborne::TakingOff,
             _ => Airborne::Air,
         };
+    }
+}
+
+/// A configuration of the navigation that has been checked.
+#[derive(Clone, Debug)]
+pub struct CheckedNavigation {
+    config: NavigationConfig,
+    shaper: Shaper,
+}
+
+impl NavigationConfig {
+    /// Checks the configuration.
+    ///
+    /// # Errors
+    /// Names a field that is out of its range.
+    pub fn check(&self) -> Result<CheckedNavigation, ConfigError> {
+        let heights = [
+            ("navigation.take_off_altitude", self.take_off_altitude),
+            ("navigation.return_altitude", self.return_altitude),
+        ];
+        for (name, height) in heights {
+            require(name, height, Bound::Inside(0.5, 1000.0), "height, m")?;
+        }
+        let slow = Bound::Inside(0.05, self.shaper.descent_max);
+        require("navigation.land_speed", self.land_speed, slow, "at most descent_max, m/s")?;
+        let near = Bound::Inside(0.05, 100.0);
+        require("navigation.acceptance_radius", self.acceptance_radius, near, "distance, m")?;
+        let silence = Bound::Inside(0.01, 60.0);
+        require("navigation.setpoint_timeout", self.setpoint_timeout, silence, "time, s")?;
+        Ok(CheckedNavigation { config: *self, shaper: Shaper::new(&self.shaper)? })
     }
 }
 

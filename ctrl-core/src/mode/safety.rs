@@ -65,10 +65,17 @@ const NAMES: [&str; 8] = [
     "crashed",
 ];
 
+impl Hazards {
+    /// The hazards in words, one each.
+    pub fn words(self) -> impl Iterator<Item = &'static str> {
+        let present = (0..8).zip(NAMES).filter(move |(bit, _)| self.bits() & 1 << bit != 0);
+        present.map(|(_, name)| name)
+    }
+}
+
 impl fmt::Display for Hazards {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let present = (0..8).zip(NAMES).filter(|(bit, _)| self.bits() & 1 << bit != 0);
-        for (index, (_, name)) in present.enumerate() {
+        for (index, name) in self.words().enumerate() {
             out.write_str(if index == 0 { "" } else { ", " })?;
             out.write_str(name)?;
         }

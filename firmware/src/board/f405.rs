@@ -4,6 +4,7 @@
 //! |---|---|
 //! | PA2, PA3 | USART2 transmit, receive: the link |
 //! | PA6, PA7, PB0, PB1 | TIM3 channels 1 to 4: rotors 1 to 4 |
+//! | PB10, PB11 | USART3 transmit, receive: MAVLink, 921,600 bit/s |
 //! | PA13, PA14 | SWDIO, SWCLK: probe, log over RTT |
 
 use cortex_m::peripheral::{DCB, DWT};

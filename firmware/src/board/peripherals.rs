@@ -13,6 +13,9 @@ use crate::rotor_output::RotorOutput;
 /// Bit rate of the link (bit/s).
 pub const LINK_RATE: u32 = 2_000_000;
 
+/// Bit rate of the ground station's port (bit/s), which QGroundControl offers and most adapters know.
+pub const MAVLINK_RATE: u32 = 921_600;
+
 /// Time without a feed after which the watchdog resets the chip (ms).
 pub const WATCHDOG_TIMEOUT: u32 = 250;
 
@@ -27,6 +30,10 @@ pub struct Peripherals {
     pub transmitter: Tx<pac::USART2>,
     /// Receives from the host; raises an interrupt for each byte.
     pub receiver: Rx<pac::USART2>,
+    /// Sends to a ground station.
+    pub mavlink_transmitter: Tx<pac::USART3>,
+    /// Receives from a ground station; raises an interrupt for each byte.
+    pub mavlink_receiver: Rx<pac::USART3>,
     /// Keeps parameters.
     pub storage: <Active as Board>::Storage,
     /// Not started yet.
@@ -57,10 +64,17 @@ impl Peripherals {
         let Ok(serial) = serial else { panic!("link rate") };
         let (transmitter, mut receiver) = serial.split();
         receiver.listen();
+        let config = Config::default().baudrate(MAVLINK_RATE.bps());
+        let serial = device.USART3.serial((gpiob.pb10, gpiob.pb11), config, &mut rcc);
+        let Ok(serial) = serial else { panic!("rate of MAVLink") };
+        let (mavlink_transmitter, mut mavlink_receiver) = serial.split();
+        mavlink_receiver.listen();
         Self {
             rotors: RotorOutput::new(rotors, thrust_max),
             transmitter,
             receiver,
+            mavlink_transmitter,
+            mavlink_receiver,
             storage: Active::storage(device.FLASH),
             watchdog: IndependentWatchdog::new(device.IWDG),
             watchdog_reset,

@@ -9,6 +9,7 @@ pub use document::{BuiltInMission, Document, Tuning};
 #[allow(unused_imports, reason = "another scenario has another trajectory")]
 use crate::literal::{Vec3, list};
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::rotors::RotorModel;
 #[allow(unused_imports, reason = "as above")]
 use ctrl_core::trajectory::{
     CircleConfig, Heading, HoverConfig, Leg, LemniscateConfig, RisingCircleConfig,

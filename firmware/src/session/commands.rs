@@ -23,7 +23,10 @@ impl HostSession<'_> {
 
     /// Refuses unless the vehicle is disarmed, no command is pending and nothing is being stored.
     pub(super) fn require_idle(&self, status: ControlStatus) -> Result<(), Rejection> {
-        let quiet = self.storage.is_none() && self.commands.is_empty() && self.in_control.is_none();
+        let quiet = self.storage.is_none()
+            && self.commands.is_empty()
+            && self.in_control.is_none()
+            && !self.piloted;
         let disarmed = status.mode == Mode::Disarmed;
         (quiet && disarmed).then_some(()).ok_or(Rejection::NotNow)
     }

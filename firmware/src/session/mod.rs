@@ -124,6 +124,10 @@ pub struct HostSession<'a> {
     in_force: ParametersInForce,
     storage: Option<Storage>,
     lock_step_request: Option<LockStepRequest>,
+    /// A command of the pilot's is on its way.
+    piloted: bool,
+    /// Uptime of the latest message.
+    heard: u32,
 }
 
 impl<'a> HostSession<'a> {
@@ -192,6 +196,8 @@ impl<'a> HostSession<'a> {
             in_force,
             storage: None,
             lock_step_request: None,
+            piloted: false,
+            heard: 0,
             fault,
             config,
         }
@@ -211,6 +217,12 @@ impl<'a> HostSession<'a> {
         &self.law
     }
 
+    /// Uptime of the latest message (ticks).
+    #[must_use]
+    pub fn heard(&self) -> u32 {
+        self.heard
+    }
+
     /// Carries out one message; `origin` is that of the next tick.
     pub fn handle(
         &mut self,
@@ -219,6 +231,7 @@ impl<'a> HostSession<'a> {
         origin: TickOrigin,
     ) {
         let Received { sequence, ref message } = received;
+        self.heard = status.uptime;
         let result = match message {
             Uplink::State { .. } | Uplink::Reference { .. } => {
                 return self.receive(message, status);
@@ -383,6 +396,17 @@ impl<'a> HostSession<'a> {
     /// A law that has replaced the one before, once.
     pub fn take_law(&mut self) -> Option<&AnyController> {
         core::mem::take(&mut self.law_changed).then_some(&self.law)
+    }
+
+    /// `true` while parameters are being stored.
+    #[must_use]
+    pub fn is_storing(&self) -> bool {
+        self.storage.is_some()
+    }
+
+    /// Tells if a command of the [pilot](crate::pilot)'s is on its way, which nothing must be stored beside.
+    pub fn set_piloted(&mut self, piloted: bool) {
+        self.piloted = piloted;
     }
 
     /// Ticks from one telemetry to the next; zero for none.

@@ -5,6 +5,7 @@ use std::string::String;
 
 use super::*;
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::rotors::RotorModel;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VectorInterval};
 
@@ -45,6 +46,7 @@ fn saturated() -> SaturatedConfig {
         gamma2: Vec3::new(0.01, 0.013, 0.014),
         gamma3: 0.012,
         integral: IntegralAction::OFF,
+        rotors: RotorModel::OFF,
     }
 }
 
@@ -94,6 +96,7 @@ fn every_number_of_both_configurations_has_a_name() {
         k4: Vec3::new(3.0, 3.1, 2.2),
         gamma2: Vec3::new(0.01, 0.013, 0.014),
         integral: IntegralAction::OFF,
+        rotors: RotorModel::OFF,
     });
 }
 

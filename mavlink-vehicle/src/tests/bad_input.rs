@@ -21,7 +21,7 @@ fn messages_for_others_and_echoes_of_our_own_are_ignored() {
     air.send(&arming(2, 1));
     air.send(&arming(1, 100));
     let echo = Sender { system: 1, component: 1, sequence: 0 };
-    let frame = Frame::new(echo, &arming(1, 1), &[], &mut air.signing);
+    let frame = framed(echo, &arming(1, 1), &[], &mut air.signing);
     air.bytes(frame.as_bytes());
     air.run(0.2);
     assert!(!air.vehicle.armed_ever);
@@ -48,10 +48,29 @@ fn a_flood_of_requests_drops_answers_and_nothing_else() {
 }
 
 #[test]
+fn a_flood_does_not_silence_the_heartbeat_of_a_slow_line() {
+    use mavlink::dialects::common::HEARTBEAT_DATA;
+    let mut air = Air::new();
+    air.received.clear();
+    for _ in 0..1_000 {
+        // More requests than the line has room to answer: two frames a period.
+        air.send(&PARAM_REQUEST_LIST_DATA { target_system: 1, target_component: 1 });
+        air.send(&arming(1, 1));
+        air.vehicle.tick();
+        for _ in 0..2 {
+            let frame = air.protocol.next_frame(&mut air.vehicle);
+            air.received.extend(frame.as_ref().map(sent));
+        }
+    }
+    assert!(air.take::<HEARTBEAT_DATA>().len() >= 9, "one a second");
+    assert!(air.take::<PARAM_VALUE_DATA>().len() + air.take::<COMMAND_ACK_DATA>().len() > 400);
+}
+
+#[test]
 fn a_replayed_session_arms_no_more_than_once_and_never_takes_off_alone() {
     let mut air = Air::new();
     let frames: Vec<_> = (0..3)
-        .map(|_| Frame::new(air.sender(), &arming(1, 1), &[], &mut Signing::new(None, 0)))
+        .map(|_| framed(air.sender(), &arming(1, 1), &[], &mut Signing::new(None, 0)))
         .collect();
     for frame in frames.iter().chain(&frames) {
         air.bytes(frame.as_bytes());
@@ -87,7 +106,7 @@ proptest! {
                 payload[at + 1] = 1;
             }
             let extra = message::extra_crc(id).unwrap();
-            let frame = Frame::of_payload(air.sender(), (id, extra), &payload, &mut air.signing);
+            let frame = Frame::of_payload(air.sender(), (id, extra), &payload, false);
             air.bytes(frame.as_bytes());
             air.run(0.05);
             let reference = air.vehicle.navigator.reference();

@@ -72,7 +72,34 @@ fn disarming_in_flight_is_denied_unless_it_is_forced() {
     assert_eq!(air.vehicle.mode, Mode::Disarmed);
     let mut air = Air::flying();
     assert_eq!(air.command(185, first(1.0)), ACCEPTED, "flight termination");
-    assert_eq!(air.vehicle.mode, Mode::Disarmed);
+    assert_eq!(air.vehicle.mode, Mode::Locked);
+    assert_eq!(air.texts(), ["rotors stopped and locked, disarm first: kill switch"]);
+}
+
+#[test]
+fn flight_termination_waits_for_no_other_command() {
+    let mut air = Air::flying();
+    air.send(&arming());
+    let mut kill = arming();
+    kill.command = MavCmd::MAV_CMD_DO_FLIGHTTERMINATION;
+    air.send(&kill);
+    air.run(0.1);
+    let acks = air.take::<COMMAND_ACK_DATA>();
+    let results: Vec<_> = acks.iter().map(|ack| (ack.command as u32, ack.result)).collect();
+    let (cancelled, accepted) = (MavResult::MAV_RESULT_CANCELLED, MavResult::MAV_RESULT_ACCEPTED);
+    assert_eq!(results, [(400, cancelled), (185, accepted)]);
+    assert_eq!(air.vehicle.mode, Mode::Locked);
+}
+
+#[test]
+fn a_message_keeps_the_link_alive_and_one_for_another_system_does_not() {
+    let mut air = Air::new();
+    let heartbeat = mavlink::dialects::common::HEARTBEAT_DATA::DEFAULT;
+    air.send(&heartbeat);
+    assert_eq!(air.vehicle.heard, 1);
+    air.send(&COMMAND_LONG_DATA { target_system: 7, ..arming() });
+    air.bytes(b"noise");
+    assert_eq!(air.vehicle.heard, 1);
 }
 
 #[test]

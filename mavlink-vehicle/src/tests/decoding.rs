@@ -8,7 +8,7 @@ use mavlink::dialects::common::{PARAM_REQUEST_LIST_DATA, PING_DATA};
 fn frame() -> Vec<u8> {
     let sender = Sender { system: 9, component: 8, sequence: 7 };
     let data = PING_DATA { time_usec: 1 << 40, seq: 77, target_system: 1, target_component: 1 };
-    Frame::new(sender, &data, &[], &mut Signing::new(None, 0)).as_bytes().to_vec()
+    framed(sender, &data, &[], &mut Signing::new(None, 0)).as_bytes().to_vec()
 }
 
 /// The same message in a frame of MAVLink 1.
@@ -90,7 +90,7 @@ fn flags_that_are_not_understood_and_unknown_messages_are_skipped() {
     let mut flagged = frame();
     flagged[2] = 2;
     let sender = Sender { system: 9, component: 8, sequence: 7 };
-    let unknown = Frame::of_payload(sender, (9999, 1), &[1, 2, 3], &mut Signing::new(None, 0));
+    let unknown = Frame::of_payload(sender, (9999, 1), &[1, 2, 3], false);
     let mut decoder = Decoder::new();
     let packets = decoded(&mut decoder, &[&flagged, unknown.as_bytes(), &frame()].concat());
     assert_eq!((packets.len(), decoder.unknown()), (1, 1));
@@ -101,10 +101,26 @@ fn flags_that_are_not_understood_and_unknown_messages_are_skipped() {
 fn an_empty_payload_is_one_zero_byte() {
     let sender = Sender { system: 9, component: 8, sequence: 7 };
     let data = PARAM_REQUEST_LIST_DATA { target_system: 0, target_component: 0 };
-    let frame = Frame::new(sender, &data, &[], &mut Signing::new(None, 0));
+    let frame = framed(sender, &data, &[], &mut Signing::new(None, 0));
     assert_eq!(frame.as_bytes().len(), 10 + 1 + 2);
     let packets = decoded(&mut Decoder::new(), frame.as_bytes());
     assert_eq!(packets[0].payload(), [0]);
+}
+
+#[test]
+fn a_truncated_frame_does_not_hold_back_the_next_message_of_a_silent_line() {
+    for whole in [frame(), old_frame()] {
+        for cut in 1..whole.len() {
+            let mut decoder = Decoder::new();
+            // What was cut off may be as long as the next frame, which then waits with it.
+            let came = decoded(&mut decoder, &[&whole[..cut], &frame()[..]].concat());
+            let packets: Vec<_> =
+                came.into_iter().chain(core::iter::from_fn(|| decoder.resume())).collect();
+            assert_eq!(packets.len(), 1, "cut at {cut}");
+            assert_ping(&packets[0]);
+            assert!(decoder.resume().is_none());
+        }
+    }
 }
 
 proptest! {

@@ -132,6 +132,21 @@ fn an_upload_survives_a_loss_of_any_message_and_ends_when_all_are_lost() {
 }
 
 #[test]
+fn a_download_that_is_cut_anywhere_can_be_begun_again() {
+    let mut air = Air::new();
+    upload(&mut air, &flight(), &[]);
+    for cut in 0..flight().len() as u16 {
+        air.send(&MISSION_REQUEST_LIST_DATA { target_system: 1, target_component: 1 });
+        for seq in 0..cut {
+            air.send(&MISSION_REQUEST_INT_DATA { seq, target_system: 1, target_component: 1 });
+        }
+        air.run(10.0);
+        air.received.clear();
+        assert_eq!(as_sent(&download(&mut air)), as_sent(&flight()), "cut after {cut}");
+    }
+}
+
+#[test]
 fn a_repeated_item_is_taken_once_and_a_strange_one_is_refused() {
     let mut air = Air::new();
     count(&mut air, 2, 0);

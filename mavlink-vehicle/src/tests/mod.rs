@@ -17,7 +17,7 @@ use std::vec::Vec;
 use ctrl_core::mode::navigation::{
     Navigation, NavigationConfig, NavigationEvent, NavigationMode, Navigator,
 };
-use ctrl_core::mode::{Command, Mode, Refusal};
+use ctrl_core::mode::{Cause, Command, Mode, Refusal};
 use ctrl_core::setpoint::ShaperConfig;
 use ctrl_core::vehicle::VehicleState;
 use glam::Vec3;
@@ -59,6 +59,8 @@ struct TestVehicle {
     gains: [f32; 2],
     logs: Vec<Vec<u8>>,
     armed_ever: bool,
+    cause: Option<Cause>,
+    heard: u32,
 }
 
 impl TestVehicle {
@@ -75,6 +77,8 @@ impl TestVehicle {
             gains: [0.5, 0.25],
             logs: Vec::new(),
             armed_ever: false,
+            cause: None,
+            heard: 0,
         }
     }
 
@@ -88,9 +92,11 @@ impl TestVehicle {
             let answer = match (self.refuses, command) {
                 (Some(refusal), _) => Err(refusal),
                 (None, Command::Arm) => Ok(Mode::Armed),
+                (None, Command::Kill) => Ok(Mode::Locked),
                 (None, _) => Ok(Mode::Disarmed),
             };
             self.mode = answer.unwrap_or(self.mode);
+            self.cause = (self.mode == Mode::Locked).then_some(Cause::Killed);
             self.answer = Some(answer);
         }
         match command {
@@ -112,6 +118,7 @@ impl Vehicle for TestVehicle {
         View {
             time: self.ticks * 10_000,
             mode: self.mode,
+            cause: self.cause,
             state: Some(self.state),
             ready: Ok(()),
             thrust: 0.5,
@@ -127,6 +134,10 @@ impl Vehicle for TestVehicle {
     fn command(&mut self, command: Command) -> Result<(), Refusal> {
         self.command = Some(command);
         Ok(())
+    }
+
+    fn hear(&mut self) {
+        self.heard += 1;
     }
 
     fn take_answer(&mut self) -> Option<Result<Mode, Refusal>> {
@@ -180,7 +191,7 @@ impl Vehicle for TestVehicle {
 
 /// A station, the protocol and the vehicle.
 struct Air {
-    protocol: Protocol,
+    protocol: Protocol<'static>,
     vehicle: TestVehicle,
     uplink: Decoder,
     /// Packets that the station has received and not yet looked at.
@@ -189,6 +200,11 @@ struct Air {
     /// Signatures of the station.
     signing: Signing,
     line: Line,
+}
+
+/// A protocol with memory of its own.
+fn protocol(config: &ProtocolConfig) -> Protocol<'static> {
+    Protocol::new(config, std::boxed::Box::leak(std::boxed::Box::default()))
 }
 
 const STATION: (u8, u8) = (255, 190);
@@ -200,7 +216,7 @@ impl Air {
 
     fn of(config: &ProtocolConfig) -> Self {
         let mut air = Self {
-            protocol: Protocol::new(config),
+            protocol: protocol(config),
             vehicle: TestVehicle::new(),
             uplink: Decoder::new(),
             received: Vec::new(),
@@ -242,7 +258,7 @@ impl Air {
     }
 
     fn send_extended<D: MessageData>(&mut self, data: &D, extension: &[u8]) {
-        let frame = Frame::new(self.sender(), data, extension, &mut self.signing);
+        let frame = framed(self.sender(), data, extension, &mut self.signing);
         self.bytes(frame.as_bytes());
     }
 
@@ -286,8 +302,9 @@ impl Air {
         let mut payload = [0; 33];
         long.ser(MavlinkVersion::V2, &mut payload);
         payload[28..30].copy_from_slice(&number.to_le_bytes());
-        let frame =
-            Frame::of_payload(self.sender(), message::COMMAND_LONG, &payload, &mut self.signing);
+        let key = self.signing.key().is_some();
+        let mut frame = Frame::of_payload(self.sender(), message::COMMAND_LONG, &payload, key);
+        frame.sign(&mut self.signing);
         self.bytes(frame.as_bytes());
         self.run(0.05);
         let answers: Vec<_> =
@@ -314,6 +331,18 @@ impl Air {
         self.received.retain(|packet| packet.id != STATUSTEXT_DATA::ID);
         texts
     }
+}
+
+/// A frame as a station sends it.
+fn framed<D: MessageData>(
+    sender: Sender,
+    data: &D,
+    extension: &[u8],
+    signing: &mut Signing,
+) -> Frame {
+    let mut frame = Frame::new(sender, data, extension, signing.key().is_some());
+    frame.sign(signing);
+    frame
 }
 
 /// The packet of a frame that the vehicle sent, as a station reads it: every checksum must be right.

@@ -82,6 +82,50 @@ fn an_acceleration_and_a_mixture_with_a_height_are_followed() {
     assert!((state.velocity_world - Vec3::NEG_X).length() < 0.05, "{}", state.velocity_world);
 }
 
+/// Largest distance (m) from a target that moves north at 0.5 m/s, after 8 s, with `mask`.
+fn trail(mask: u16) -> f32 {
+    let mut air = Air::flying();
+    let at = |time: f32| local(mask, NED, [0.5 * time, 0.0, -2.5, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    offboard(&mut air, &at(0.0), 0.0);
+    let mut behind = 0.0_f32;
+    for step in 0..240 {
+        let time = step as f32 * 0.05;
+        air.send(&at(time));
+        air.run(0.05);
+        if time > 8.0 {
+            let position = air.vehicle.state.position_world;
+            behind = behind.max((position - Vec3::new(0.0, 0.5 * time, 2.5)).length());
+        }
+    }
+    behind
+}
+
+#[test]
+fn a_position_with_its_velocity_is_a_moving_target() {
+    let (with, without) = (trail(POSITION & VELOCITY), trail(POSITION));
+    // The three lags of the shaping remain, 0.1 s each.
+    assert!(with < 0.5 * 0.3, "{with} m");
+    assert!(without > 2.0 * with, "{without} m without its velocity, {with} m with");
+}
+
+#[test]
+fn ten_times_the_usual_rate_is_followed_and_starves_nothing() {
+    use mavlink::dialects::common::HEARTBEAT_DATA;
+    let mut air = Air::flying();
+    let north = local(VELOCITY, NED, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    air.send(&north);
+    assert_eq!(air.command(176, [1.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0]), Some(0));
+    air.received.clear();
+    for _ in 0..500 {
+        // 500 a second, where 50 are usual.
+        (0..5).for_each(|_| air.send(&north));
+        air.run(0.01);
+    }
+    assert!((air.vehicle.state.velocity_world - Vec3::Y).length() < 0.02);
+    assert!(air.take::<HEARTBEAT_DATA>().len() >= 4);
+    assert_eq!(air.protocol.dropped(), 0);
+}
+
 #[test]
 fn an_offset_is_from_where_the_vehicle_is() {
     let mut air = Air::flying();

@@ -86,7 +86,7 @@ fn any_changed_byte_of_a_signed_frame_is_refused() {
     let mut air = signed();
     let frame = {
         let sender = air.sender();
-        Frame::new(sender, &HEARTBEAT_DATA::DEFAULT, &[], &mut air.signing)
+        framed(sender, &HEARTBEAT_DATA::DEFAULT, &[], &mut air.signing)
     };
     let good = frame.as_bytes();
     for at in 0..good.len() {
@@ -127,7 +127,7 @@ fn a_frame_signed_by_pymavlink_is_accepted_and_signed_the_same() {
         mavlink_version: 3,
     };
     let sender = Sender { system: 255, component: 190, sequence: 9 };
-    let frame = Frame::new(sender, &data, &[], &mut station(KEY, 7, NOW));
+    let frame = framed(sender, &data, &[], &mut station(KEY, 7, NOW));
     assert_eq!(frame.as_bytes(), BY_PYMAVLINK);
 }
 
@@ -143,7 +143,7 @@ fn a_recorded_session_is_refused_byte_for_byte() {
             target_component: 1,
             ..COMMAND_LONG_DATA::default()
         };
-        let frame = Frame::new(air.sender(), &order, &[], &mut air.signing);
+        let frame = framed(air.sender(), &order, &[], &mut air.signing);
         record.extend_from_slice(frame.as_bytes());
     }
     air.bytes(&record);
@@ -179,7 +179,7 @@ fn streams_are_bounded_and_a_forgotten_one_is_not_open_to_replays() {
     let mut air = signed();
     for link in 0..20 {
         let mut signing = station(KEY, link, NOW);
-        let frame = Frame::new(air.sender(), &HEARTBEAT_DATA::DEFAULT, &[], &mut signing);
+        let frame = framed(air.sender(), &HEARTBEAT_DATA::DEFAULT, &[], &mut signing);
         air.bytes(frame.as_bytes());
     }
     assert_eq!(air.protocol.signing_refusals().streams, 12);
@@ -188,7 +188,7 @@ fn streams_are_bounded_and_a_forgotten_one_is_not_open_to_replays() {
     air.signing = station(KEY, 19, NOW + 2 * MINUTE);
     assert_eq!(arm(&mut air), result(MavResult::MAV_RESULT_ACCEPTED));
     let mut replay = station(KEY, 0, NOW);
-    let frame = Frame::new(air.sender(), &HEARTBEAT_DATA::DEFAULT, &[], &mut replay);
+    let frame = framed(air.sender(), &HEARTBEAT_DATA::DEFAULT, &[], &mut replay);
     air.bytes(frame.as_bytes());
     assert_eq!(air.protocol.signing_refusals().replayed, 1);
 }
@@ -205,7 +205,7 @@ fn everything_that_is_sent_is_signed_and_its_time_grows() {
         assert_eq!(receiver.accept(packet), Ok(()), "message {}", packet.id);
         assert_eq!(packet.trailer.unwrap().link, 0);
     }
-    // Answers that wait were signed before what is sent at once, and leave before it.
+    // Answers wait while streams are sent: they are signed when they leave.
     arm(&mut air);
     for packet in &air.received[before..] {
         assert_eq!(receiver.accept(packet), Ok(()), "message {}", packet.id);

@@ -36,7 +36,7 @@ fn streams_come_at_their_rates() {
 #[test]
 fn a_slow_link_stretches_everything_but_the_heartbeat() {
     let mut air = Air::new();
-    air.protocol = Protocol::new(&ProtocolConfig { stretch: 10, ..ProtocolConfig::default() });
+    air.protocol = protocol(&ProtocolConfig { stretch: 10, ..ProtocolConfig::default() });
     air.run(0.1);
     air.received.clear();
     air.run(10.0);
@@ -68,7 +68,7 @@ fn the_heartbeat_shows_mode_arming_and_a_generic_autopilot() {
         assert_eq!(air.take::<HEARTBEAT_DATA>().pop().unwrap().system_status, status);
     }
     let px4 = ProtocolConfig { autopilot: Autopilot::Px4, ..ProtocolConfig::default() };
-    air.protocol = Protocol::new(&px4);
+    air.protocol = protocol(&px4);
     air.run(0.1);
     let heartbeat = air.take::<HEARTBEAT_DATA>().pop().unwrap();
     assert_eq!(heartbeat.autopilot, MavAutopilot::MAV_AUTOPILOT_PX4);

@@ -1,7 +1,7 @@
 //! `fly`.
 
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -10,8 +10,12 @@ use mavlink_vehicle::coordinates::Origin;
 use mavlink_vehicle::{Autopilot, ProtocolConfig};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
-use sil_host::fly::{FlyError, FlyEvent, FlyOptions, PortOptions, fly as fly_session, read_key};
+use sil_host::fly::{
+    FlyError, FlyEvent, FlyOptions, ImageOptions, ImageReport, PortOptions, fly as fly_session,
+    fly_image, read_key,
+};
 use sil_host::log::format::Format;
+use sil_host::pil::emulator::{Emulator, QEMU, SHIFT};
 use sil_host::report::{self, FlightReport};
 use sim::scenario::LoadedScenario;
 
@@ -41,6 +45,10 @@ pub struct FlyArguments {
         overrides_with = "tcp"
     )]
     pub tcp: SocketAddr,
+    /// Fly the firmware's image in the emulator, with this program's plant, by MAVLink over its own port: TCP, one
+    /// station at a time; no results are written.
+    #[arg(long, value_name = "ELF", conflicts_with_all = ["system", "px4", "signing_key", "origin", "udp"])]
+    pub image: Option<PathBuf>,
     /// Number of the system in MAVLink.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=250))]
     pub system: u8,
@@ -97,6 +105,9 @@ impl FlyArguments {
 pub fn fly(arguments: &FlyArguments) -> Result<bool, FlyError> {
     let loaded = LoadedScenario::open(&arguments.scenario, &arguments.changes)?;
     let interrupts = count_interrupts().map_err(FlyError::Port)?;
+    if let Some(image) = &arguments.image {
+        return fly_the_image(arguments, &loaded, image, &interrupts);
+    }
     let reports =
         fly_session(&loaded, &arguments.options()?, &interrupts, &mut |event| match event {
             FlyEvent::Listening(tcp) => print_connections(arguments, tcp),
@@ -105,6 +116,38 @@ pub fn fly(arguments: &FlyArguments) -> Result<bool, FlyError> {
             FlyEvent::Late(ticks) => eprintln!("{ticks} ticks given up: the computer is too slow"),
         })?;
     Ok(reports.iter().all(FlightReport::passed))
+}
+
+/// Flies the image; `true` if every wrench was inside its bounds.
+fn fly_the_image(
+    arguments: &FlyArguments,
+    loaded: &LoadedScenario,
+    image: &Path,
+    interrupts: &AtomicUsize,
+) -> Result<bool, FlyError> {
+    let emulator = Emulator { program: QEMU.into(), image: image.to_owned(), shift: SHIFT };
+    let (tcp, speed, duration) = (arguments.tcp, arguments.speed, arguments.duration);
+    let options = ImageOptions { emulator, tcp, speed, duration };
+    let report = fly_image(loaded, &options, interrupts, &mut |address| {
+        println!("MAVLink of the image, system 1, {speed} times real time");
+        println!("  TCP at {address}: MAVSDK tcpout://{address}, MAVProxy --master=tcp:{address}");
+        println!("  Ctrl-C stops at once");
+    })?;
+    let ImageReport { ticks, flights, thrust, torque_max, height_max, late, skipped, .. } = report;
+    println!(
+        "{flights} flights in {ticks} ticks, up to {height_max:.2} m; {late:.1} s behind the clock"
+    );
+    if skipped > 0 {
+        println!("{skipped} ticks without telemetry: the image was too busy to send it");
+    }
+    if flights > 0 {
+        let (lowest, highest) = thrust;
+        let verdict = if report.bounded { "inside the bounds" } else { "OUTSIDE the bounds" };
+        println!(
+            "thrust {lowest:.3} to {highest:.3} N, torque up to {torque_max:.4} N m: {verdict}"
+        );
+    }
+    Ok(report.bounded)
 }
 
 fn print_connections(arguments: &FlyArguments, tcp: Option<SocketAddr>) {

@@ -2,6 +2,7 @@
 
 mod campaign;
 mod campaign_progress;
+mod consistency;
 mod failsafe;
 mod flight_progress;
 mod fly;
@@ -15,6 +16,7 @@ mod tune;
 use clap::{Parser, Subcommand};
 
 pub use campaign::{CampaignArguments, campaign};
+pub use consistency::{ConsistencyArguments, consistency};
 pub use failsafe::{FailsafeArguments, failsafe};
 pub use fly::{FlyArguments, fly};
 use log::LogArguments;
@@ -27,7 +29,7 @@ pub use tune::{TuneArguments, tune};
 /// Flies the controllers of ctrl-core against a simulated vehicle and checks their guarantees.
 ///
 /// Exit status: 0 every guarantee holds, 1 a guarantee is violated (`tune`: or no gains meet the
-/// request), 2 wrong usage or scenario, 3 results cannot be written, 4 the vehicle in the loop (`pil`) failed. `pil` exits with 1 also when
+/// request; `consistency`: or NEES or NIS lie outside their bounds), 2 wrong usage or scenario, 3 results cannot be written, 4 the vehicle in the loop (`pil`) failed. `pil` exits with 1 also when
 /// a bit differs from SIL.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "sil-host", version)]
@@ -59,6 +61,8 @@ pub enum Command {
     Campaign(CampaignArguments),
     /// Join the results of the shares of a campaign.
     Merge(MergeArguments),
+    /// Fly the estimator many times with every set of sensors, and compare its errors with its covariance.
+    Consistency(ConsistencyArguments),
     /// Propose gains for a vehicle, show poles and predicted errors, check them with flights.
     Tune(TuneArguments),
 }

@@ -7,6 +7,8 @@ use std::path::PathBuf;
 use ctrl_core::error::ConfigError;
 use sim::scenario::ScenarioError;
 
+use crate::pil::PilError;
+
 /// Cause of an end of the session.
 #[derive(Debug)]
 pub enum FlyError {
@@ -20,6 +22,8 @@ pub enum FlyError {
     Output(PathBuf, io::Error),
     /// A signing key cannot be read: path and reason.
     Key(PathBuf, String),
+    /// The emulator or the image in it.
+    Image(PilError),
     /// The control group computed something else than the law.
     Differs,
 }
@@ -34,6 +38,7 @@ impl fmt::Display for FlyError {
             Self::Port(error) => write!(out, "no port: {error}"),
             Self::Output(path, error) => write!(out, "{}: {error}", path.display()),
             Self::Key(path, reason) => write!(out, "{}: {reason}", path.display()),
+            Self::Image(error) => error.fmt(out),
             Self::Differs => out.write_str("the control group differs from the law on the host"),
         }
     }
@@ -50,5 +55,11 @@ impl From<ConfigError> for FlyError {
 impl From<ScenarioError> for FlyError {
     fn from(error: ScenarioError) -> Self {
         Self::Scenario(error)
+    }
+}
+
+impl From<PilError> for FlyError {
+    fn from(error: PilError) -> Self {
+        Self::Image(error)
     }
 }

@@ -2,10 +2,12 @@
 //!
 //! [`FlownVehicle`] is plant, session, pilot and control group, one control tick after the other, as the
 //! firmware has them; [`Ports`] carries its bytes; [`fly()`] paces both. Every flight from Arm to Disarm has its
-//! own directory of results, with its trace, its log and the guarantees that are judged on the truth.
+//! own directory of results, with its trace, its log and the guarantees that are judged on the truth. [`fly_image()`]
+//! has the firmware's image in the place of all but the plant.
 
 mod error;
 pub mod failsafe;
+mod image;
 mod pace;
 mod ports;
 mod record;
@@ -14,6 +16,7 @@ mod signing;
 mod vehicle;
 
 pub use error::FlyError;
+pub use image::{ImageOptions, ImageReport, fly_image};
 pub use ports::{PortOptions, Ports};
 pub use record::{FlightLogs, FlownReport};
 pub use session::{FlyEvent, FlyOptions, fly};

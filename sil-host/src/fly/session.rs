@@ -11,7 +11,8 @@ use ctrl_core::mode::{Command, Mode, Refusal};
 use firmware::pilot::PilotedVehicle;
 use firmware::session::SessionMemory;
 use mavlink_vehicle::{
-    LogEntry, ParameterRefusal, Protocol, ProtocolConfig, Severity, Vehicle, View,
+    LogEntry, ParameterRefusal, Part, Protocol, ProtocolConfig, ProtocolMemory, Severity, Vehicle,
+    View,
 };
 use sim::scenario::LoadedScenario;
 
@@ -85,7 +86,8 @@ pub fn fly(
     let mut logs = logs.map_err(unwritable)?;
     let mut ports = Ports::open(&options.ports).map_err(FlyError::Port)?;
     show(FlyEvent::Listening(ports.tcp_address()));
-    let mut protocol = Protocol::new(&options.protocol);
+    let mut protocol_memory = ProtocolMemory::new();
+    let mut protocol = Protocol::new(&options.protocol, &mut protocol_memory);
     let mut pace = Pace::new(Instant::now(), options.speed, vehicle.step_period());
     let mut ending = Ending::default();
     loop {
@@ -120,7 +122,7 @@ pub fn fly(
 
 /// Everything that has come is handled, and what is due is sent.
 fn exchange(
-    protocol: &mut Protocol,
+    protocol: &mut Protocol<'_>,
     ports: &mut Ports,
     vehicle: &mut FlownVehicle<'_>,
     logs: &FlightLogs,
@@ -147,7 +149,7 @@ impl Ending {
         &mut self,
         requests: usize,
         vehicle: &mut FlownVehicle<'_>,
-        protocol: &mut Protocol,
+        protocol: &mut Protocol<'_>,
         show: &mut dyn FnMut(FlyEvent),
     ) -> bool {
         let in_air = matches!(vehicle.mode(), Mode::Flying | Mode::Failsafe);
@@ -158,7 +160,7 @@ impl Ending {
                 let mode = vehicle.mode();
                 // Refused in the failsafe only, which descends by itself.
                 let _ = vehicle.pilot().request(mode, Request::Land(None));
-                protocol.say(Severity::Critical, format_args!("the session ends: landing"));
+                protocol.say(Severity::Critical, &[Part::Text("the session ends: landing")]);
                 show(FlyEvent::Landing);
                 false
             }
@@ -185,6 +187,10 @@ impl Vehicle for WithLogs<'_, '_, '_, '_> {
 
     fn command(&mut self, command: Command) -> Result<(), Refusal> {
         self.vehicle.command(command)
+    }
+
+    fn hear(&mut self) {
+        self.vehicle.hear();
     }
 
     fn take_answer(&mut self) -> Option<Result<Mode, Refusal>> {

@@ -91,8 +91,6 @@ pub struct FlownVehicle<'m> {
     thrust: f32,
     differs: bool,
     interference: Interference,
-    /// Time of the latest message of a station (s).
-    heard: f64,
     /// What each rotor makes of a newton, by the geometry alone.
     rotors: Allocator,
 }
@@ -136,7 +134,6 @@ impl<'m> FlownVehicle<'m> {
             thrust: 0.0,
             differs: false,
             interference: Interference::default(),
-            heard: 0.0,
             rotors: Allocator::new(&VEHICLE.geometry)?,
         })
     }
@@ -157,7 +154,7 @@ impl<'m> FlownVehicle<'m> {
         let inputs = Inputs {
             sample: sample.map(|state| StateSample { state, age_ticks: 0 }),
             reference,
-            command: self.pilot.next_command(),
+            command: self.pilot.next_command(false),
             overrun,
             fault: self.session.fault_pending(),
             outputs_off: false,
@@ -202,8 +199,9 @@ impl<'m> FlownVehicle<'m> {
     fn health(&self) -> Health {
         let Interference { link_lost_since, rc_lost_since, voltage, .. } = self.interference;
         let silence = |since: Option<f64>| since.map_or(0.0, |since| self.time() - since) as f32;
-        let link = silence(link_lost_since).max((self.time() - self.heard) as f32);
-        Health { link_silence: link, rc_silence: silence(rc_lost_since), voltage }
+        let Health { link_silence, .. } = self.pilot.health(&self.session, self.status);
+        let link_silence = link_silence.max(silence(link_lost_since));
+        Health { link_silence, rc_silence: silence(rc_lost_since), voltage }
     }
 
     /// The wrench that the rotors make, by their thrusts once one of them has failed.
@@ -220,7 +218,7 @@ impl<'m> FlownVehicle<'m> {
 
     /// Takes note of a message of a station.
     pub fn hear(&mut self) {
-        self.heard = self.time();
+        self.pilot.hear(self.status.uptime);
     }
 
     /// Watches for other hazards than those of the firmware's vehicle.
@@ -272,6 +270,7 @@ impl<'m> FlownVehicle<'m> {
         View {
             time: (self.time() * 1e6) as u64,
             mode: self.status.mode,
+            cause: self.control.cause(),
             state: Some(self.measured),
             ready: self.control.readiness(),
             thrust: self.thrust / self.thrust_max,

@@ -37,17 +37,30 @@ impl Emulator {
     }
 
     /// Starts the image; `directives` are its command line, `serial` is the character device of QEMU
-    /// behind USART2 (`null` for none). Standard error is piped.
+    /// behind USART2, the link (`null` for none). Standard error is piped.
     ///
     /// # Errors
     /// When image or emulator are missing.
     pub fn start(&self, directives: &[String], serial: &str) -> Result<Child, PilError> {
+        self.start_with(directives, serial, "null")
+    }
+
+    /// As [`start`](Self::start), with `mavlink` as the character device behind USART3.
+    ///
+    /// # Errors
+    /// As [`start`](Self::start).
+    pub fn start_with(
+        &self,
+        directives: &[String],
+        serial: &str,
+        mavlink: &str,
+    ) -> Result<Child, PilError> {
         if !self.image.is_file() {
             return Err(PilError::ImageMissing(self.image.clone()));
         }
         Command::new(&self.program)
             .args(["-machine", "netduinoplus2", "-nodefaults", "-display", "none"])
-            .args(["-monitor", "none", "-serial", "null", "-serial", serial])
+            .args(["-monitor", "none", "-serial", "null", "-serial", serial, "-serial", mavlink])
             .args(["-icount", &format!("shift={},sleep=off", self.shift)])
             .args(["-semihosting-config", &semihosting(&self.image, directives)])
             .args([OsString::from("-kernel"), self.image.clone().into()])

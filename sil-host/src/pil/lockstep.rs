@@ -38,6 +38,18 @@ impl Lockstep {
     /// # Errors
     /// When the FIFOs cannot be made or the emulator does not start.
     pub fn start(emulator: &Emulator, directives: &[String]) -> Result<Self, PilError> {
+        Self::start_with(emulator, directives, "null")
+    }
+
+    /// As [`start`](Self::start), with `mavlink` as QEMU's character device behind USART3.
+    ///
+    /// # Errors
+    /// As [`start`](Self::start).
+    pub fn start_with(
+        emulator: &Emulator,
+        directives: &[String],
+        mavlink: &str,
+    ) -> Result<Self, PilError> {
         let directory = own_directory();
         let path = directory.join("link");
         let made =
@@ -48,7 +60,7 @@ impl Lockstep {
             made.map_err(|error| PilError::Line(directory.clone(), error))?;
         let link = format!("link={}", path.display());
         let all: Vec<_> = [link].into_iter().chain(directives.iter().cloned()).collect();
-        let emulator = emulator.start(&all, "null")?;
+        let emulator = emulator.start_with(&all, "null", mavlink)?;
         Ok(Self { emulator, to_vehicle, from_vehicle, begun: Vec::new(), directory })
     }
 
@@ -136,5 +148,8 @@ fn readable(file: &File, patience: Duration) -> rustix::io::Result<bool> {
     let patience =
         Timespec { tv_sec: patience.as_secs() as i64, tv_nsec: patience.subsec_nanos().into() };
     let mut files = [PollFd::new(file, PollFlags::IN)];
-    Ok(poll(&mut files, Some(&patience))? > 0)
+    match poll(&mut files, Some(&patience)) {
+        Err(rustix::io::Errno::INTR) => Ok(false), // a signal; the caller waits again
+        readable => Ok(readable? > 0),
+    }
 }

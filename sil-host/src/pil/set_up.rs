@@ -35,6 +35,17 @@ pub fn ready(session: &mut VehicleSession, scenario: &Scenario) -> Result<Vehicl
     arm(session, scenario, state)
 }
 
+/// Gives the vehicle the controller of `scenario` and leaves it on the ground, for a ground station to arm.
+///
+/// # Errors
+/// As [`set_up`].
+pub fn stand(session: &mut VehicleSession, scenario: &Scenario) -> Result<(), PilError> {
+    let state = greet(session, scenario)?;
+    let stream = Uplink::SelectTrajectory(TrajectorySelection::Stream);
+    session.expect_ok("to follow a stream", stream, state)?;
+    select_controller(session, &scenario.controller, state)
+}
+
 /// Begins the conversation; the scenario's initial state.
 fn greet(session: &mut VehicleSession, scenario: &Scenario) -> Result<VehicleState, PilError> {
     let state = scenario.initial.state().measured();

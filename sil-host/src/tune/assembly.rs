@@ -2,6 +2,7 @@
 
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::ControllerConfig;
+use ctrl_core::rotors::RotorModel;
 
 use glam::DVec3;
 
@@ -34,6 +35,7 @@ pub(super) fn assembled(
             k4: k4.as_vec3(),
             gamma2: rounded_each(in_motion),
             integral: IntegralAction::OFF,
+            rotors: RotorModel::OFF,
         }),
         Some(Limits { thrust_max, torque_max }) => ControllerConfig::Saturated(SaturatedConfig {
             step_period,
@@ -50,6 +52,7 @@ pub(super) fn assembled(
             ),
             gamma3: rounded(in_motion.min_element()) as f32,
             integral: IntegralAction::OFF,
+            rotors: RotorModel::OFF,
         }),
     }
 }

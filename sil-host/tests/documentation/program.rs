@@ -8,6 +8,7 @@
 //! | `run` | `--quiet --set duration=0.5` |
 //! | `campaign`, but `--list` and `--show` | `--quiet --set duration=0.1 --threads 2`; `--runs 8` unless it is a grid |
 //! | `fly` | `--duration 0.5`, and a free port for TCP |
+//! | `consistency` | `--quiet --seconds 1`; `--flights 2` unless they are given |
 //! | `merge` | `--quiet` |
 //! | `tune` | `--no-check`, since its check flies for minutes |
 //! | `pil` | `--quiet --set duration=0.5`; an image that is missing, without the feature `emulator-tests` |
@@ -71,6 +72,12 @@ impl Program {
                 (&["--quiet", "--set", "duration=0.1", "--runs", "8"], &[HELD, VIOLATED])
             }
             Some(&"fly") => (&["--duration", "0.5", "--tcp", "127.0.0.1:0"], &[HELD]),
+            Some(&"consistency") if has("--flights") => {
+                (&["--quiet", "--seconds", "1"], &[HELD, VIOLATED])
+            }
+            Some(&"consistency") => {
+                (&["--quiet", "--seconds", "1", "--flights", "2"], &[HELD, VIOLATED])
+            }
             Some(&"merge") => (&["--quiet"], &[HELD, VIOLATED]),
             Some(&"tune") if has("--no-check") => (&[], &[HELD]),
             Some(&"tune") => (&["--no-check"], &[HELD]),

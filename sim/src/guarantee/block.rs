@@ -24,6 +24,11 @@ pub struct Block {
     pub(crate) reference: ReferenceLanes,
     pub(crate) disturbance_acceleration: Vectors,
     pub(crate) disturbance_torque: Vectors,
+    /// Commanded wrench, and the one that acts at the tick's instant.
+    pub(crate) thrust: Scalars,
+    pub(crate) torque: Vectors,
+    pub(crate) applied_thrust: Scalars,
+    pub(crate) applied_torque: Vectors,
     pub(crate) law: LawLanes,
 }
 
@@ -51,11 +56,14 @@ pub(crate) struct LawLanes {
     pub desired_rate: Vectors,
     pub mu: Vectors,
     pub mu_dot: Vectors,
+    /// `mu' + w_a'`, which the regressor of controller 1 has behind rotors that it models.
+    pub regressor_rate: Vectors,
     /// Change of `mu` since the tick before, in the law's `f32`.
     pub mu_change: Vectors,
+    /// Torque that the law takes to act over the tick: the commanded one without a model of the rotors.
     pub torque: Vectors,
     pub torque_demand: Vectors,
-    /// Torque less demand, in the law's `f32`.
+    /// That torque less the demand, in the law's `f32`.
     pub torque_excess: Vectors,
     pub inverse_mass: Scalars,
     pub inertia: Vectors,
@@ -116,6 +124,10 @@ impl Block {
         self.reference.set(lane, tick);
         self.disturbance_acceleration.set(lane, tick.disturbance.acceleration_world);
         self.disturbance_torque.set(lane, tick.disturbance.torque_body);
+        self.thrust.as_mut_array()[lane] = output.wrench.thrust.into();
+        self.torque.set(lane, output.wrench.torque_body.as_dvec3());
+        self.applied_thrust.as_mut_array()[lane] = tick.applied.thrust;
+        self.applied_torque.set(lane, tick.applied.torque_body);
         if tick.law {
             self.law.set(lane, tick, self.latest_mu);
             self.latest_mu = tick.intermediates.mu;
@@ -147,8 +159,11 @@ impl LawLanes {
         self.desired_rate.set(lane, intermediates.desired_rate.as_dvec3());
         self.mu.set(lane, intermediates.mu.as_dvec3());
         self.mu_dot.set(lane, intermediates.mu_dot.as_dvec3());
+        let regressor_rate = intermediates.mu_dot + intermediates.auxiliary_rate_dot;
+        self.regressor_rate.set(lane, regressor_rate.as_dvec3());
         self.mu_change.set(lane, (intermediates.mu - latest_mu).as_dvec3());
-        let (torque, demand) = (output.wrench.torque_body, output.torque_demand_body);
+        let modelled = intermediates.acting_torque_body - intermediates.torque_body;
+        let (torque, demand) = (output.wrench.torque_body + modelled, output.torque_demand_body);
         self.torque.set(lane, torque.as_dvec3());
         self.torque_demand.set(lane, demand.as_dvec3());
         self.torque_excess.set(lane, (torque - demand).as_dvec3());

@@ -12,8 +12,10 @@ mod blocks;
 pub mod bounds;
 pub mod estimates;
 pub mod lyapunov;
+pub mod state_error;
 pub mod status;
 pub mod tracking;
+pub mod ultimate;
 pub mod verdict;
 pub mod wrench;
 
@@ -53,6 +55,9 @@ pub struct GuaranteeConfig {
     pub heading_error_max: f64,
     /// Length of the windows over which V may not rise outside its ultimate set (s).
     pub lyapunov_window: f64,
+    /// Hypotheses on the state's error, from which a bound of the position error follows.
+    #[serde(default)]
+    pub state_error: Option<state_error::StateErrorConfig>,
 }
 
 /// The check of one guarantee: an observer that ends in rows of the table.
@@ -78,6 +83,7 @@ struct LawMonitors {
     thrust: wrench::Thrust,
     torque: wrench::Torque,
     auxiliary: auxiliary::AuxiliaryRest,
+    state_error: Option<state_error::StateError>,
 }
 
 impl Guarantees {
@@ -93,6 +99,9 @@ impl Guarantees {
             thrust: wrench::Thrust::new(law),
             torque: wrench::Torque::new(law),
             auxiliary: auxiliary::AuxiliaryRest::new(law),
+            state_error: config
+                .state_error
+                .map(|it| state_error::StateError::new(&it, config, law, parameters)),
         };
         let tracking = tracking::Tracking::new(config);
         let lyapunov = lyapunov::LyapunovMonitor::new(config, law, parameters, actuation);
@@ -145,7 +154,8 @@ impl Guarantees {
         rows.extend(activity.verdicts());
         rows.extend(estimates);
         rows.extend(tracking);
-        if let Some(LawMonitors { auxiliary, .. }) = law {
+        if let Some(LawMonitors { auxiliary, state_error, .. }) = law {
+            rows.extend(state_error.iter().flat_map(Monitor::verdicts));
             rows.extend(auxiliary.verdicts());
         }
         rows.extend(lyapunov);
@@ -161,6 +171,9 @@ impl Observer for Guarantees {
             law.thrust.observe(tick);
             law.torque.observe(tick);
             law.auxiliary.observe(tick);
+            if let Some(state_error) = &mut law.state_error {
+                state_error.observe(tick);
+            }
         }
         self.applied.observe(tick);
         self.activity.observe(tick);

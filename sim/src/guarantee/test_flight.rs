@@ -2,6 +2,7 @@
 
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::{AdaptiveController, Intermediates};
+use ctrl_core::rotors::RotorModel;
 use ctrl_core::trajectory::{RisingCircle, RisingCircleConfig, Trajectory};
 use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VectorInterval};
 use glam::{DQuat, DVec3, Vec3};
@@ -50,6 +51,7 @@ pub fn robust_adaptive(step_period: f32) -> RobustAdaptiveConfig {
         k4: Vec3::splat(0.5),
         gamma2: Vec3::splat(0.01),
         integral: IntegralAction::OFF,
+        rotors: RotorModel::OFF,
     }
 }
 
@@ -68,6 +70,7 @@ pub fn saturated(step_period: f32) -> SaturatedConfig {
         gamma2: Vec3::splat(0.01),
         gamma3: 0.01,
         integral: IntegralAction::OFF,
+        rotors: RotorModel::OFF,
     }
 }
 

@@ -14,6 +14,7 @@ const CONFIG: GuaranteeConfig = GuaranteeConfig {
     tilt_error_max: 0.5,
     heading_error_max: 0.5,
     lyapunov_window: 1.0,
+    state_error: None,
 };
 
 /// Names of the rows that fail after one sample, changed by `change`.

@@ -28,6 +28,7 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "hover-gusts",
     "lemniscate",
     "sensors-indoors",
+    "sensors-near-ground",
     "sensors-outdoors",
     "steady-wind",
     "tilt-recovery",

@@ -90,6 +90,15 @@ impl LoadedScenario {
         self.scenario.flight().map_err(|error| self.refusal(&error))
     }
 
+    /// The same with another seed.
+    ///
+    /// # Errors
+    /// As [`flight`](Self::flight).
+    pub fn flight_with_seed(&self, seed: u64) -> Result<ScenarioFlight, ScenarioError> {
+        let scenario = Scenario { seed, ..self.scenario.clone() };
+        scenario.flight().map_err(|error| self.refusal(&error))
+    }
+
     /// Finds the key that a validating constructor refused: `parameter` is a path below the
     /// controller or the trajectory, or an expression of several.
     pub fn refusal(&self, error: &ConfigError) -> ScenarioError {

@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use super::Scenario;
 use crate::feedback::StateFeedbackConfig;
 use crate::guarantee::bounds::ThrustBounds;
+use crate::guarantee::state_error;
 use crate::norm::Norm;
 use crate::number::number;
 use crate::plant::actuation::ActuationConfig;
@@ -86,6 +87,15 @@ fn checks(scenario: &Scenario) -> Vec<Check> {
         positive("guarantees.heading_error_max", guarantees.heading_error_max),
         positive("guarantees.lyapunov_window", guarantees.lyapunov_window),
     ];
+    if let Some(errors) = guarantees.state_error {
+        checks.push(positive("guarantees.state_error.position", errors.position));
+        checks.push(positive("guarantees.state_error.velocity", errors.velocity));
+        checks.push(positive("guarantees.state_error.force", errors.force));
+        let (time, law) = (guarantees.settle_time, &scenario.controller);
+        let bound = state_error::position_bound(&errors, time, law).unwrap_or(f64::NEG_INFINITY);
+        const SMALL: &str = "finite: what the errors add must stay below M1 and M2";
+        checks.push(at("guarantees.state_error", bound, |_| true, SMALL));
+    }
     checks.extend(actuation_checks(&scenario.actuation));
     checks.extend(scenario.sensors.iter().flat_map(sensor_checks));
     if let Some(noise) = disturbance.noise {
@@ -129,17 +139,83 @@ fn actuation_checks(actuation: &ActuationConfig) -> impl Iterator<Item = Check> 
     .filter_map(|(path, value, holds, bound)| Some(Check { path, value: value?, holds, bound }))
 }
 
+fn positive(x: f64) -> bool {
+    x > 0.0
+}
+
+fn not_negative(x: f64) -> bool {
+    x >= 0.0
+}
+
+fn share(x: f64) -> bool {
+    (0.0..=1.0).contains(&x)
+}
+
+fn delay(x: f64) -> bool {
+    (0.0..=0.5).contains(&x)
+}
+
+const SHARE: &str = "in [0, 1]";
+const DELAY: &str = "in [0, 0.5] s";
+
+/// Rangefinder and optical flow.
+fn ground_checks(sensors: &SensorsConfig) -> Vec<Check> {
+    let mut checks = Vec::new();
+    let mut require = |path, value, holds: fn(f64) -> bool, bound| {
+        checks.push(Check { path, value, holds, bound });
+    };
+    if let Some(it) = sensors.rangefinder() {
+        require("sensors.rangefinder.custom.rate", it.rate, positive, "positive");
+        require("sensors.rangefinder.custom.delay", it.delay, delay, DELAY);
+        require("sensors.rangefinder.custom.noise", it.noise, positive, "positive");
+        require("sensors.rangefinder.custom.nearest", it.nearest, not_negative, "zero or positive");
+        let beyond = it.farthest - it.nearest;
+        require("sensors.rangefinder.custom.farthest", beyond, positive, "beyond the nearest");
+        require("sensors.rangefinder.custom.dropout", it.dropout, share, SHARE);
+    }
+    if let Some(it) = sensors.flow() {
+        require("sensors.flow.custom.rate", it.rate, positive, "positive");
+        require("sensors.flow.custom.delay", it.delay, delay, DELAY);
+        require("sensors.flow.custom.noise", it.noise, positive, "positive");
+        require("sensors.flow.custom.range", it.range, positive, "positive");
+        let beyond = it.farthest - it.nearest;
+        require("sensors.flow.custom.farthest", beyond, positive, "beyond the nearest");
+        require("sensors.flow.custom.dropout", it.dropout, share, SHARE);
+    }
+    checks
+}
+
+fn vibration_checks(sensors: &SensorsConfig) -> Vec<Check> {
+    let mut checks = Vec::new();
+    let mut require = |path, value, holds: fn(f64) -> bool, bound| {
+        checks.push(Check { path, value, holds, bound });
+    };
+    if let Some(it) = &sensors.vibration {
+        let rotors: fn(f64) -> bool = |x| (1.0..=8.0).contains(&x);
+        require("sensors.vibration.rotors", it.rotors.into(), rotors, "in [1, 8]");
+        require("sensors.vibration.frequency", it.frequency, positive, "positive");
+        require("sensors.vibration.spread", it.spread, share, SHARE);
+        let acceleration = it.acceleration;
+        require("sensors.vibration.acceleration", acceleration, not_negative, "zero or positive");
+        require("sensors.vibration.rate", it.rate, not_negative, "zero or positive");
+    }
+    for fault in &sensors.faults {
+        require("sensors.faults", fault.start, not_negative, "at a start that is zero or positive");
+        require(
+            "sensors.faults",
+            fault.duration,
+            not_negative,
+            "of a duration that is not negative",
+        );
+    }
+    checks
+}
+
 fn sensor_checks(sensors: &SensorsConfig) -> Vec<Check> {
     let mut checks = Vec::new();
     let mut require = |path, value, holds: fn(f64) -> bool, bound| {
         checks.push(Check { path, value, holds, bound });
     };
-    let positive: fn(f64) -> bool = |x| x > 0.0;
-    let not_negative: fn(f64) -> bool = |x| x >= 0.0;
-    let share: fn(f64) -> bool = |x| (0.0..=1.0).contains(&x);
-    let delay: fn(f64) -> bool = |x| (0.0..=0.5).contains(&x);
-    const SHARE: &str = "in [0, 1]";
-    const DELAY: &str = "in [0, 0.5] s";
     let it = sensors.imu();
     for (path, value) in [
         ("sensors.imu.custom.rate", it.rate),
@@ -153,6 +229,7 @@ fn sensor_checks(sensors: &SensorsConfig) -> Vec<Check> {
         require(path, value, positive, "positive");
     }
     for (path, value) in [
+        ("sensors.imu.custom.filter_cutoff", it.filter_cutoff),
         ("sensors.imu.custom.gyro_bias_walk", it.gyro_bias_walk),
         ("sensors.imu.custom.gyro_offset", it.gyro_offset),
         ("sensors.imu.custom.accelerometer_bias_walk", it.accelerometer_bias_walk),
@@ -162,6 +239,20 @@ fn sensor_checks(sensors: &SensorsConfig) -> Vec<Check> {
     ] {
         require(path, value, not_negative, "zero or positive");
     }
+    let rate: fn(f64) -> bool = |x| x <= 8000.0;
+    require("sensors.imu.custom.rate", it.rate, rate, "at most 8000 Hz");
+    checks.extend(measurement_checks(sensors));
+    checks.extend(ground_checks(sensors));
+    checks.extend(vibration_checks(sensors));
+    checks
+}
+
+/// Barometer, magnetometer, GNSS, motion capture.
+fn measurement_checks(sensors: &SensorsConfig) -> Vec<Check> {
+    let mut checks = Vec::new();
+    let mut require = |path, value, holds: fn(f64) -> bool, bound| {
+        checks.push(Check { path, value, holds, bound });
+    };
     if let Some(it) = sensors.barometer() {
         require("sensors.barometer.custom.rate", it.rate, positive, "positive");
         require("sensors.barometer.custom.delay", it.delay, delay, DELAY);
@@ -174,6 +265,8 @@ fn sensor_checks(sensors: &SensorsConfig) -> Vec<Check> {
             "zero or positive",
         );
         require("sensors.barometer.custom.dropout", it.dropout, share, SHARE);
+        require("sensors.barometer.custom.offset", it.offset, not_negative, "zero or positive");
+        require("sensors.barometer.custom.walk", it.walk, not_negative, "zero or positive");
     }
     if let Some(it) = sensors.magnetometer() {
         require("sensors.magnetometer.custom.rate", it.rate, positive, "positive");
@@ -250,7 +343,7 @@ pub(super) fn broken_assumptions(scenario: &Scenario) -> Vec<String> {
         demand(false, format!("disturbance torque up to {torque} N m{axis} exceeds D2 = {d2} N m"));
     }
     broken.extend(unlike_the_command(scenario));
-    broken.extend(scenario.sensors.map(|_| {
+    broken.extend(scenario.sensors.as_ref().map(|_| {
         "the controller receives an estimate by sensors in place of the true state".to_owned()
     }));
     if !scenario.state_feedback.is_exact() {

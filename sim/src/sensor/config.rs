@@ -1,16 +1,19 @@
 //! `[sensors]` of a scenario: a real part by its name, or parameters of one's own.
 
 use ctrl_core::estimator::{
-    EstimatorConfig, FaultLimits, InertialNoise, InitialDeviation, SourceConfig,
+    BarometerBias, EstimatorConfig, FaultLimits, InertialNoise, InitialDeviation, SourceConfig,
 };
-use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
 use super::barometer::BarometerParameters;
 use super::capture::CaptureParameters;
+use super::fault::SensorFault;
+use super::flow::FlowParameters;
 use super::gnss::GnssParameters;
 use super::imu::ImuParameters;
 use super::magnetometer::MagnetometerParameters;
+use super::rangefinder::RangefinderParameters;
+use super::vibration::VibrationParameters;
 
 /// Inertial measurement unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,6 +35,9 @@ pub enum BarometerChoice {
     /// Bosch BMP388.
     #[serde(rename = "bmp388")]
     Bmp388,
+    /// The same with an offset and a drift.
+    #[serde(rename = "bmp388-drifting")]
+    Bmp388Drifting,
     /// Parameters of one's own.
     #[serde(rename = "custom")]
     Custom(BarometerParameters),
@@ -70,8 +76,30 @@ pub enum CaptureChoice {
     Custom(CaptureParameters),
 }
 
-/// Sensors aboard and around; at least the inertial ones.
+/// Rangefinder.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum RangefinderChoice {
+    /// ST VL53L1X.
+    #[serde(rename = "vl53l1x")]
+    Vl53L1X,
+    /// Parameters of one's own.
+    #[serde(rename = "custom")]
+    Custom(RangefinderParameters),
+}
+
+/// Optical flow.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum FlowChoice {
+    /// PixArt PMW3901.
+    #[serde(rename = "pmw3901")]
+    Pmw3901,
+    /// Parameters of one's own.
+    #[serde(rename = "custom")]
+    Custom(FlowParameters),
+}
+
+/// Sensors aboard and around; at least the inertial ones.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorsConfig {
     /// Inertial measurement unit.
@@ -84,6 +112,15 @@ pub struct SensorsConfig {
     pub gnss: Option<GnssChoice>,
     /// Motion capture, if there is one.
     pub capture: Option<CaptureChoice>,
+    /// Rangefinder, if there is one.
+    pub rangefinder: Option<RangefinderChoice>,
+    /// Optical flow, if there is any.
+    pub flow: Option<FlowChoice>,
+    /// Vibration of the frame, if any.
+    pub vibration: Option<VibrationParameters>,
+    /// Faults in flight.
+    #[serde(default)]
+    pub faults: Vec<SensorFault>,
 }
 
 impl SensorsConfig {
@@ -102,6 +139,7 @@ impl SensorsConfig {
     pub fn barometer(&self) -> Option<BarometerParameters> {
         self.barometer.map(|choice| match choice {
             BarometerChoice::Bmp388 => BarometerParameters::BMP388,
+            BarometerChoice::Bmp388Drifting => BarometerParameters::BMP388_DRIFTING,
             BarometerChoice::Custom(parameters) => parameters,
         })
     }
@@ -133,13 +171,31 @@ impl SensorsConfig {
         })
     }
 
+    /// Parameters of the rangefinder.
+    #[must_use]
+    pub fn rangefinder(&self) -> Option<RangefinderParameters> {
+        self.rangefinder.map(|choice| match choice {
+            RangefinderChoice::Vl53L1X => RangefinderParameters::VL53L1X,
+            RangefinderChoice::Custom(parameters) => parameters,
+        })
+    }
+
+    /// Parameters of the optical flow.
+    #[must_use]
+    pub fn flow(&self) -> Option<FlowParameters> {
+        self.flow.map(|choice| match choice {
+            FlowChoice::Pmw3901 => FlowParameters::PMW3901,
+            FlowChoice::Custom(parameters) => parameters,
+        })
+    }
+
     /// The estimator's configuration, told of the sensors what their data sheets say; control ticks of
     /// `tick` (s).
     #[must_use]
     pub fn estimator(&self, tick: f64) -> EstimatorConfig {
         let imu = self.imu();
         let period = f64::from(imu.ticks_per_sample(tick)) * tick;
-        let (gyro, accelerometer) = imu.densities(period);
+        let (gyro, accelerometer) = imu.densities(imu.sample_period(tick));
         let (gyro_bias, accelerometer_bias) = imu.walks();
         let mut config = EstimatorConfig {
             step_period: period as f32,
@@ -148,11 +204,15 @@ impl SensorsConfig {
                 accelerometer: accelerometer as f32,
                 gyro_bias: gyro_bias as f32,
                 accelerometer_bias: accelerometer_bias as f32,
+                distortion: imu.distortion() as f32,
+                motion_time: MOTION_TIME,
             },
             faults: FaultLimits { gate: GATE, ..EstimatorConfig::EXAMPLE.faults },
             ..EstimatorConfig::EXAMPLE
         };
-        let whole = |delay: f64| ((delay / tick).round() * tick) as f32;
+        // The inertial samples are late themselves by the anti-alias filter, and the estimate with them.
+        let late = imu.filter_delay(tick);
+        let whole = |delay: f64| (((delay / tick).round() * tick - late).max(0.0)) as f32;
         let source = |deviation: f64, vertical: f64, delay: f64, rate: f64| SourceConfig {
             deviation: deviation as f32,
             deviation_vertical: vertical as f32,
@@ -161,11 +221,13 @@ impl SensorsConfig {
         };
         if let Some(it) = self.barometer() {
             config.barometer = source(it.deviation(), it.deviation(), it.delay, it.rate);
+            let (deviation, walk) = it.height_bias();
+            config.barometer_bias =
+                BarometerBias { deviation: deviation as f32, walk: walk as f32 };
         }
         if let Some(it) = self.magnetometer() {
             config.magnetometer = source(it.deviation(), it.deviation(), it.delay, it.rate);
-            let north = it.field_world.truncate().as_vec2();
-            config.magnetic_north_world = if north == Vec2::ZERO { Vec2::Y } else { north };
+            config.magnetic_field_world = it.field_world.as_vec3();
         }
         if let Some(it) = self.gnss() {
             let (position, velocity) = (it.position_deviation(), it.velocity_deviation());
@@ -176,6 +238,13 @@ impl SensorsConfig {
             let (position, attitude) = it.deviations();
             config.capture_position = source(position, position, it.delay, it.rate);
             config.capture_attitude = source(attitude, attitude, it.delay, it.rate);
+        }
+        if let Some(it) = self.rangefinder() {
+            config.rangefinder = source(it.deviation(), it.deviation(), it.delay, it.rate);
+        }
+        if let Some(it) = self.flow() {
+            let flow = source(it.noise, it.noise, it.delay, it.rate);
+            config.optical_flow = SourceConfig { delay: (it.age() - late).max(0.0) as f32, ..flow };
         }
         config.initial = self.initial(&config);
         config
@@ -203,5 +272,7 @@ impl SensorsConfig {
 
 /// Gate of the innovations: a good number lies outside, beyond five deviations, once in 1.7 million times.
 const GATE: f32 = 25.0;
+/// Time over which distortion adds up in the motion of a multirotor (s).
+const MOTION_TIME: f32 = 0.3;
 /// Sample periods without an accepted sample after which a source is missing.
 const MISSED_SAMPLES: f64 = 10.0;

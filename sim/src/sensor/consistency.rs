@@ -5,9 +5,11 @@
 //! measured numbers, if the filter is consistent. Their means over independent flights lie within narrow
 //! bounds around one per degree of freedom.
 
-use super::ErrorState;
+use ctrl_core::estimator::covariance::STATES;
+use ctrl_core::estimator::{SOURCES, Source};
 
-const STATES: usize = 15;
+use super::{ErrorState, Innovations};
+use crate::scenario::{LoadedScenario, ScenarioError};
 
 /// Two-sided 95 % quantile of the normal distribution.
 const QUANTILE: f64 = 1.959_964;
@@ -39,6 +41,159 @@ pub fn bounds(degrees: f64) -> (f64, f64) {
     let half = QUANTILE * (2.0 / degrees).sqrt();
     (1.0 - half, 1.0 + half)
 }
+
+/// Mean per degree of freedom, and the interval that it should lie in with a probability of 95 %.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mean {
+    /// Mean of the normalised squares.
+    pub value: f64,
+    /// Lower and upper end of the interval.
+    pub bounds: (f64, f64),
+}
+
+impl Mean {
+    fn new(sum: f64, degrees: f64) -> Self {
+        Self { value: sum / degrees, bounds: bounds(degrees) }
+    }
+
+    /// `true` if the mean lies within its interval.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        (self.bounds.0..=self.bounds.1).contains(&self.value)
+    }
+
+    /// Distance from one, in standard deviations of the mean of a consistent filter.
+    #[must_use]
+    pub fn deviations(&self) -> f64 {
+        2.0 * QUANTILE * (self.value - 1.0) / (self.bounds.1 - self.bounds.0)
+    }
+}
+
+/// Sums over flights.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Consistency {
+    /// Flights.
+    pub flights: u64,
+    normalised_error: f64,
+    /// States over all flights.
+    states: f64,
+    /// Squares of each state's error in units of its variance.
+    each: [f64; STATES],
+    innovations: [Innovations; SOURCES.len()],
+}
+
+impl Consistency {
+    /// Flies `scenario` with `seed` for `seconds`: the error is sampled at the end, innovations all the way.
+    ///
+    /// # Errors
+    /// The parameter that is refused; a flight without sensors; a covariance that is not positive.
+    pub fn of_flight(
+        scenario: &LoadedScenario,
+        seed: u64,
+        seconds: f64,
+    ) -> Result<Self, ConsistencyError> {
+        let mut flight = scenario.flight_with_seed(seed)?;
+        let period = f64::from(scenario.scenario().controller.step_period());
+        flight.advance((seconds / period).round() as u64);
+        // After `advance` the estimate is that of the last tick and the truth that of the next: one more step of
+        // the sensors brings them together.
+        let mut navigation = flight.navigation().ok_or(ConsistencyError::NoSensors)?.clone();
+        navigation.measure(flight.truth());
+        let covariance = navigation.state().covariance_matrix();
+        let errors = navigation.errors(flight.truth());
+        let normalised_error =
+            normalised_error(&errors, &covariance).ok_or(ConsistencyError::NotPositive(seed))?;
+        let each = std::array::from_fn(|k| errors[k] * errors[k] / f64::from(covariance[k][k]));
+        let innovations = SOURCES.map(|source| navigation.innovations_of(source));
+        // A barometer without drift has no bias state: its error is zero.
+        let biased = navigation.estimator().config().barometer_bias.deviation > 0.0;
+        let states = if biased { STATES } else { STATES - 1 } as f64;
+        Ok(Self { flights: 1, normalised_error, states, each, innovations })
+    }
+
+    /// Adds the sums of other flights.
+    #[must_use]
+    pub fn plus(mut self, other: &Self) -> Self {
+        self.flights += other.flights;
+        self.normalised_error += other.normalised_error;
+        self.states += other.states;
+        self.each.iter_mut().zip(&other.each).for_each(|(sum, x)| *sum += x);
+        for (sum, x) in self.innovations.iter_mut().zip(&other.innovations) {
+            *sum = sum.plus(x);
+        }
+        self
+    }
+
+    /// NEES per state.
+    #[must_use]
+    pub fn nees(&self) -> Mean {
+        Mean::new(self.normalised_error, self.states)
+    }
+
+    /// NIS per measured number.
+    #[must_use]
+    pub fn nis(&self) -> Mean {
+        let all = self.innovations();
+        Mean::new(all.sum, all.components as f64)
+    }
+
+    /// NIS of one source; none if it gave nothing.
+    #[must_use]
+    pub fn nis_of(&self, source: Source) -> Option<Mean> {
+        let Innovations { sum, components, .. } = self.innovations[source as usize];
+        (components > 0).then(|| Mean::new(sum, components as f64))
+    }
+
+    /// Squares of each state's error in units of its variance, mean over the flights.
+    #[must_use]
+    pub fn each_state(&self) -> [f64; STATES] {
+        self.each.map(|sum| sum / self.flights as f64)
+    }
+
+    /// Innovations of all sources.
+    #[must_use]
+    pub fn innovations(&self) -> Innovations {
+        self.innovations.iter().fold(Innovations::default(), |sum, x| sum.plus(x))
+    }
+
+    /// `true` if NEES and NIS lie within their intervals.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.nees().holds() && self.nis().holds()
+    }
+}
+
+/// Cause of a flight without result.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum ConsistencyError {
+    /// The scenario.
+    Scenario(ScenarioError),
+    /// The scenario has no `[sensors]`.
+    NoSensors,
+    /// The covariance at the end of the flight with this seed is not positive.
+    NotPositive(u64),
+}
+
+impl From<ScenarioError> for ConsistencyError {
+    fn from(error: ScenarioError) -> Self {
+        Self::Scenario(error)
+    }
+}
+
+impl std::fmt::Display for ConsistencyError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Scenario(error) => error.fmt(f),
+            Self::NoSensors => f.write_str("the scenario has no [sensors]: nothing is estimated"),
+            Self::NotPositive(seed) => {
+                write!(f, "seed {seed}: the covariance at the end of the flight is not positive")
+            }
+        }
+    }
+}
+
+impl std::error::Error for ConsistencyError {}
 
 #[cfg(test)]
 mod tests {

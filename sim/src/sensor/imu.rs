@@ -11,8 +11,10 @@ use serde::{Deserialize, Serialize};
 use super::bias::Bias;
 use super::converter::Converter;
 use super::distortion::Distortion;
+use super::filter::LowPass;
 use super::noise::WhiteNoise;
 use super::random::Normal;
+use super::vibration::Vibration;
 use crate::plant::PlantState;
 
 /// Standard gravity, the unit of data sheets (m/s^2).
@@ -24,8 +26,12 @@ const DEGREE: f64 = PI / 180.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImuParameters {
-    /// Rate of the samples, at most the control rate (Hz).
+    /// Rate of the samples (Hz): a multiple of the control rate, or an integer part of it. The estimator gets the mean
+    /// over a control tick of samples that are faster.
     pub rate: f64,
+    /// Cut-off of the anti-alias filter before the converter, Butterworth of second order (Hz); zero: none.
+    #[serde(default)]
+    pub filter_cutoff: f64,
     /// Noise density of the gyro (deg/s/√Hz).
     pub gyro_noise_density: f64,
     /// Random walk of the gyro's bias (deg/s/√s).
@@ -58,6 +64,7 @@ impl ImuParameters {
     /// and alignment, are in no data sheet: assumed, of the order that Allan variances of such parts show.
     pub const BMI088: Self = Self {
         rate: 1000.0,
+        filter_cutoff: 0.0,
         gyro_noise_density: 0.014,
         gyro_bias_walk: 5e-4,
         gyro_offset: 0.1,
@@ -96,7 +103,7 @@ impl ImuParameters {
     }
 
     /// Noise densities that an estimator should assume: the parts' and the rounding's, for samples each
-    /// `period` (s); gyro (rad/s/√Hz), accelerometer (m/s^2/√Hz).
+    /// [`sample_period`](Self::sample_period) (s); gyro (rad/s/√Hz), accelerometer (m/s^2/√Hz).
     #[must_use]
     pub fn densities(&self, period: f64) -> (f64, f64) {
         let with_rounding =
@@ -124,11 +131,35 @@ impl ImuParameters {
     #[must_use]
     pub fn hover_deviation(&self) -> f64 {
         let (_, offset) = self.offsets();
-        let distortion = self.scale_error.max(self.misalignment) / 100.0 * f64::from(GRAVITY);
+        let distortion = self.distortion() * f64::from(GRAVITY);
         (offset * offset + distortion * distortion).sqrt()
     }
 
-    /// Ticks of `tick` (s) per sample.
+    /// Standard deviation of scale errors and couplings (1).
+    #[must_use]
+    pub fn distortion(&self) -> f64 {
+        self.scale_error.max(self.misalignment) / 100.0
+    }
+
+    /// Samples per tick of `tick` (s) of a unit that is faster than the control loop; else one.
+    #[must_use]
+    pub fn samples_per_tick(&self, tick: f64) -> u32 {
+        (self.rate * tick).round().max(1.0) as u32
+    }
+
+    /// Time between two samples, in ticks of `tick` (s).
+    #[must_use]
+    pub fn sample_period(&self, tick: f64) -> f64 {
+        f64::from(self.ticks_per_sample(tick)) * tick / f64::from(self.samples_per_tick(tick))
+    }
+
+    /// Delay of the anti-alias filter, in ticks of `tick` (s).
+    #[must_use]
+    pub fn filter_delay(&self, tick: f64) -> f64 {
+        LowPass::delay(self.filter_cutoff, self.sample_period(tick))
+    }
+
+    /// Ticks of `tick` (s) per sample given to the estimator.
     #[must_use]
     pub fn ticks_per_sample(&self, tick: f64) -> u32 {
         (1.0 / (self.rate * tick)).round().max(1.0) as u32
@@ -141,6 +172,7 @@ struct Axes {
     distortion: Distortion,
     bias: Bias,
     noise: WhiteNoise,
+    filter: LowPass,
     converter: Converter,
     /// Input of a vehicle that hovers level.
     hover: DVec3,
@@ -149,7 +181,7 @@ struct Axes {
 impl Axes {
     fn sample(&mut self, x: DVec3) -> DVec3 {
         let seen = self.distortion.apply(x) + self.bias.advance() + self.noise.advance();
-        self.converter.convert_each(seen)
+        self.converter.convert_each(self.filter.advance(seen))
     }
 
     /// Bias, and what the distortion adds at hover.
@@ -163,8 +195,10 @@ impl Axes {
 pub struct Imu {
     gyro: Axes,
     accelerometer: Axes,
+    vibration: Option<Vibration>,
     tick: f64,
     ticks_per_sample: u32,
+    samples_per_tick: u32,
     taken: u32,
     rate_sum: DVec3,
     force_sum: DVec3,
@@ -176,7 +210,9 @@ impl Imu {
     pub fn new(parameters: &ImuParameters, seed: u64, tick: f64) -> Self {
         let p = parameters;
         let ticks_per_sample = p.ticks_per_sample(tick);
-        let period = f64::from(ticks_per_sample) * tick;
+        let samples_per_tick = p.samples_per_tick(tick);
+        let period = p.sample_period(tick);
+        let filter = LowPass::new(p.filter_cutoff, period);
         let normal = |effect| Normal::new(seed, effect);
         let distortion =
             |effect| Distortion::new(p.scale_error / 100.0, p.misalignment / 100.0, normal(effect));
@@ -186,6 +222,7 @@ impl Imu {
                 distortion: distortion(0),
                 bias: Bias::new(gyro_offset, gyro_walk, period, normal(1)),
                 noise: WhiteNoise::of_density(p.gyro_noise_density * DEGREE, period, normal(2)),
+                filter: filter.clone(),
                 converter: Converter::new(p.gyro_range * DEGREE, p.gyro_step()),
                 hover: DVec3::ZERO,
             },
@@ -197,11 +234,14 @@ impl Imu {
                     period,
                     normal(5),
                 ),
+                filter,
                 converter: Converter::new(p.accelerometer_range * G, p.accelerometer_step()),
                 hover: DVec3::Z * f64::from(GRAVITY),
             },
+            vibration: None,
             tick,
             ticks_per_sample,
+            samples_per_tick,
             taken: 0,
             rate_sum: DVec3::ZERO,
             force_sum: DVec3::ZERO,
@@ -218,8 +258,12 @@ impl Imu {
     /// The motion of one tick; a sample when one is complete.
     pub fn advance(&mut self, before: &PlantState, now: &PlantState) -> Option<InertialSample> {
         let (rate, force) = means(before, now, self.tick);
-        self.rate_sum += rate;
-        self.force_sum += force;
+        if self.samples_per_tick > 1 {
+            return Some(self.several(rate, force, now.rate_body - before.rate_body));
+        }
+        let (shake_rate, shake_force) = self.shake(self.tick, force.z);
+        self.rate_sum += rate + shake_rate;
+        self.force_sum += force + shake_force;
         self.taken += 1;
         if self.taken < self.ticks_per_sample {
             return None;
@@ -229,6 +273,31 @@ impl Imu {
         let force = self.accelerometer.sample(self.force_sum / n);
         (self.taken, self.rate_sum, self.force_sum) = (0, DVec3::ZERO, DVec3::ZERO);
         Some(InertialSample { rate_body: rate.as_vec3(), specific_force_body: force.as_vec3() })
+    }
+
+    /// The mean of a tick's samples, about the mean `rate`, which changes by `change` over the tick.
+    fn several(&mut self, rate: DVec3, force: DVec3, change: DVec3) -> InertialSample {
+        let n = f64::from(self.samples_per_tick);
+        let (mut rates, mut forces) = (DVec3::ZERO, DVec3::ZERO);
+        for k in 0..self.samples_per_tick {
+            let (shake_rate, shake_force) = self.shake(self.tick / n, force.z);
+            let place = (f64::from(k) + 0.5) / n - 0.5;
+            rates += self.gyro.sample(rate + change * place + shake_rate) / n;
+            forces += self.accelerometer.sample(force + shake_force) / n;
+        }
+        InertialSample { rate_body: rates.as_vec3(), specific_force_body: forces.as_vec3() }
+    }
+
+    /// Vibration over the next `period` (s): rate and specific force.
+    fn shake(&mut self, period: f64, thrust: f64) -> (DVec3, DVec3) {
+        let vibration = self.vibration.as_mut();
+        vibration.map_or((DVec3::ZERO, DVec3::ZERO), |it| it.advance(period, thrust))
+    }
+
+    /// The same unit on a frame that vibrates.
+    #[must_use]
+    pub fn shaken(self, vibration: Vibration) -> Self {
+        Self { vibration: Some(vibration), ..self }
     }
 }
 
@@ -292,6 +361,62 @@ mod tests {
         let fast = PlantState { velocity_world: DVec3::Z, ..state(0.0) };
         let sample = imu.advance(&state(0.0), &fast).unwrap();
         assert!((f64::from(sample.specific_force_body.z) - 24.0 * G).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_fast_unit_gives_means_over_a_tick_with_the_same_density() {
+        for rate in [1000.0, 4000.0, 8000.0] {
+            let parameters =
+                ImuParameters { rate, gyro_noise_density: 0.014, gyro_sensitivity: 1e9, ..EXACT };
+            let mut imu = Imu::new(&parameters, 7, 1e-3);
+            let mut square = 0.0;
+            for k in 0..20_000 {
+                let time = 1e-3 * f64::from(k);
+                let sample = imu.advance(&state(time), &state(time + 1e-3)).unwrap();
+                let error = sample.rate_body.as_dvec3() - state(0.0).rate_body;
+                square += error.length_squared() / 3.0 / 20_000.0;
+            }
+            let density = (square * 1e-3).sqrt();
+            assert!((density / (0.014 * DEGREE) - 1.0).abs() < 0.02, "{rate}: {density}");
+        }
+    }
+
+    /// Amplitude of what the unit shows along x of a vibration at 180 Hz, against the true one.
+    fn passed(rate: f64, filter_cutoff: f64) -> f64 {
+        use super::super::vibration::VibrationParameters;
+        let parameters = ImuParameters { rate, filter_cutoff, accelerometer_range: 1e3, ..EXACT };
+        let shaking = VibrationParameters {
+            rotors: 1,
+            frequency: 180.0,
+            spread: 0.0,
+            acceleration: 5.0,
+            rate: 0.0,
+        };
+        let vibration = Vibration::new(&shaking, Normal::new(1, 60));
+        let mut imu = Imu::new(&parameters, 7, 1e-3).shaken(vibration);
+        let rest = PlantState { velocity_world: DVec3::ZERO, rate_body: DVec3::ZERO, ..state(0.0) };
+        let (mut re, mut im, n) = (0.0, 0.0, 5_000);
+        for k in 0..n + 500 {
+            let force = imu.advance(&rest, &rest).unwrap().specific_force_body.x;
+            if k >= 500 {
+                let angle = 2.0 * PI * 180.0 * 1e-3 * f64::from(k);
+                re += f64::from(force) * libm::cos(angle) * 2.0 / f64::from(n) / 5.0;
+                im += f64::from(force) * libm::sin(angle) * 2.0 / f64::from(n) / 5.0;
+            }
+        }
+        re.hypot(im)
+    }
+
+    #[test]
+    fn vibration_is_seen_as_the_filter_and_the_mean_let_it() {
+        assert!((passed(1000.0, 0.0) - 1.0).abs() < 1e-3);
+        // The mean of 8 samples over 1 ms: sin(pi f T)/(8 sin(pi f T/8)).
+        let angle = PI * 180.0 * 1e-3;
+        let mean = libm::sin(angle) / (8.0 * libm::sin(angle / 8.0));
+        assert!((passed(8000.0, 0.0) / mean - 1.0).abs() < 1e-3);
+        let ratio = libm::tan(PI * 180.0 / 8000.0) / libm::tan(PI * 90.0 / 8000.0);
+        let expected = mean / (1.0 + ratio.powi(4)).sqrt();
+        assert!((passed(8000.0, 90.0) / expected - 1.0).abs() < 2e-3);
     }
 
     #[test]

@@ -2,17 +2,24 @@
 
 use crate::norm::{Norm, rotation_about};
 use ctrl_core::error::ConfigError;
-use ctrl_core::estimator::{Estimator, EstimatorState, Measurement, Verdict};
+use ctrl_core::estimator::covariance::STATES;
+use ctrl_core::estimator::{
+    Estimator, EstimatorState, InertialSample, Measurement, SOURCES, Source, Verdict,
+};
 use ctrl_core::vehicle::VehicleState;
 use glam::DVec3;
 
 use super::barometer::Barometer;
 use super::capture::Capture;
 use super::config::SensorsConfig;
+use super::fault::Faults;
+use super::flow::Flow;
 use super::gnss::Gnss;
 use super::imu::Imu;
 use super::magnetometer::Magnetometer;
 use super::random::Normal;
+use super::rangefinder::Rangefinder;
+use super::vibration::Vibration;
 use crate::plant::PlantState;
 
 /// Sums of the normalised squared innovations (NIS) of accepted measurements.
@@ -26,8 +33,20 @@ pub struct Innovations {
     pub refused: u64,
 }
 
+impl Innovations {
+    /// The sums of both.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            sum: self.sum + other.sum,
+            components: self.components + other.components,
+            refused: self.refused + other.refused,
+        }
+    }
+}
+
 /// Errors of an estimate, truth less estimate, in the order of the estimator's states.
-pub type ErrorState = [f64; 15];
+pub type ErrorState = [f64; STATES];
 
 /// Sensors and estimator in flight.
 #[derive(Clone, Debug)]
@@ -39,9 +58,15 @@ pub struct Navigation {
     magnetometer: Option<Magnetometer>,
     gnss: Option<Gnss>,
     capture: Option<Capture>,
+    rangefinder: Option<Rangefinder>,
+    flow: Option<Flow>,
+    faults: Faults,
+    /// Last inertial sample.
+    inertial: InertialSample,
+    period: f64,
     tick: u64,
     before: PlantState,
-    innovations: Innovations,
+    innovations: [Innovations; SOURCES.len()],
 }
 
 impl Navigation {
@@ -57,17 +82,26 @@ impl Navigation {
     ) -> Result<Self, ConfigError> {
         let estimator = Estimator::new(&config.estimator(tick))?;
         let state = estimator.start(&started(&estimator, truth, seed));
+        let imu = Imu::new(&config.imu(), seed, tick);
         Ok(Self {
             estimator,
             state,
-            imu: Imu::new(&config.imu(), seed, tick),
+            imu: match &config.vibration {
+                Some(it) => imu.shaken(Vibration::new(it, Normal::new(seed, 60))),
+                None => imu,
+            },
             barometer: config.barometer().map(|it| Barometer::new(&it, seed, tick)),
             magnetometer: config.magnetometer().map(|it| Magnetometer::new(&it, seed, tick)),
             gnss: config.gnss().map(|it| Gnss::new(&it, seed, tick)),
             capture: config.capture().map(|it| Capture::new(&it, seed, tick)),
+            rangefinder: config.rangefinder().map(|it| Rangefinder::new(&it, seed, tick)),
+            flow: config.flow().map(|it| Flow::new(&it, seed, tick)),
+            faults: Faults::new(&config.faults),
+            inertial: InertialSample::default(),
+            period: tick,
             tick: 0,
             before: *truth,
-            innovations: Innovations::default(),
+            innovations: Default::default(),
         })
     }
 
@@ -76,6 +110,7 @@ impl Navigation {
         if self.tick > 0 {
             if let Some(sample) = self.imu.advance(&self.before, truth) {
                 self.estimator.predict(&mut self.state, &sample);
+                self.inertial = sample;
             }
             self.correct(truth);
         }
@@ -91,6 +126,9 @@ impl Navigation {
         let field = self.magnetometer.as_mut().and_then(|it| it.advance(tick, truth.attitude));
         let solution = self.gnss.as_mut().and_then(|it| it.advance(tick, truth));
         let pose = self.capture.as_mut().and_then(|it| it.advance(tick, truth));
+        let distance = self.rangefinder.as_mut().and_then(|it| it.advance(tick, truth));
+        let (before, inertial) = (&self.before, &self.inertial);
+        let flow = self.flow.as_mut().and_then(|it| it.advance(tick, before, truth, inertial));
         let measurements = [
             height.map(|height| Measurement::Barometer(height as f32)),
             field.map(|field| Measurement::Magnetometer(field.as_vec3())),
@@ -98,14 +136,19 @@ impl Navigation {
             solution.map(|solution| Measurement::GnssVelocity(solution.velocity.as_vec3())),
             pose.map(|pose| Measurement::CapturePosition(pose.position.as_vec3())),
             pose.map(|pose| Measurement::CaptureAttitude(pose.attitude.as_quat())),
+            distance.map(|distance| Measurement::Rangefinder(distance as f32)),
+            flow.map(|flow| Measurement::OpticalFlow(flow.as_vec2())),
         ];
-        for measurement in measurements.iter().flatten() {
-            match self.estimator.correct(&mut self.state, measurement) {
+        let time = tick as f64 * self.period;
+        for measurement in measurements.into_iter().flatten() {
+            let Some(measurement) = self.faults.apply(time, measurement) else { continue };
+            let sums = &mut self.innovations[measurement.source() as usize];
+            match self.estimator.correct(&mut self.state, &measurement) {
                 Verdict::Accepted { normalised, components } => {
-                    self.innovations.sum += f64::from(normalised);
-                    self.innovations.components += u64::from(components);
+                    sums.sum += f64::from(normalised);
+                    sums.components += u64::from(components);
                 }
-                _ => self.innovations.refused += 1,
+                _ => sums.refused += 1,
             }
         }
     }
@@ -125,7 +168,13 @@ impl Navigation {
     /// Innovations so far.
     #[must_use]
     pub fn innovations(&self) -> Innovations {
-        self.innovations
+        self.innovations.iter().fold(Innovations::default(), |sum, x| sum.plus(x))
+    }
+
+    /// Innovations of one source so far.
+    #[must_use]
+    pub fn innovations_of(&self, source: Source) -> Innovations {
+        self.innovations[source as usize]
     }
 
     /// Errors of the estimate against `truth`, and the sensors' own biases.
@@ -142,9 +191,11 @@ impl Navigation {
             gyro - self.state.gyro_bias().as_dvec3(),
             force - self.state.accelerometer_bias().as_dvec3(),
         ];
-        let mut errors = [0.0; 15];
-        for (k, part) in parts.iter().enumerate() {
-            errors[3 * k..3 * k + 3].copy_from_slice(&part.to_array());
+        let mut errors = [0.0; STATES];
+        let barometer = self.barometer.as_ref().map_or(0.0, Barometer::bias);
+        errors[0] = barometer - f64::from(self.state.barometer_bias());
+        for (errors, part) in errors[1..].chunks_exact_mut(3).zip(parts) {
+            errors.copy_from_slice(&part.to_array());
         }
         errors
     }

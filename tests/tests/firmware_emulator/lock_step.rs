@@ -100,9 +100,9 @@ fn over_fifos_a_flight_is_sils_to_the_bit_and_costs_the_same() {
         session.enter_lock_step().unwrap();
         let (in_step, ticks) = flown(&mut session, scenario, 0.3);
         assert_eq!((in_step.difference, in_step.ticks), (None, ticks));
-        // Rotors are commanded by the clock, and stopped in lock step.
+        // Rotors are commanded by the clock, and stopped in lock step: 39 instructions for each of four pulses.
         let [by_clock, in_step] = [by_clock, in_step].map(|flown| flown.cost.mean());
-        assert!((by_clock - in_step).abs() < 0.05 * by_clock, "{by_clock}, {in_step}");
+        assert!((by_clock - in_step).abs() < 200.0, "{by_clock}, {in_step}");
         let health = session.health(HERE).unwrap();
         assert_eq!(health.groups.map(|group| group.overruns), [0; 4], "{health:?}");
     }

@@ -1,6 +1,6 @@
 """A pymavlink script against a vehicle: prints the name of every step that it passed, as JSON.
 
-Argument: UDP port that the vehicle sends to.
+Argument: where the vehicle is, as pymavlink takes it: `udpin:127.0.0.1:14550`, `tcp:127.0.0.1:5760`.
 """
 
 import json
@@ -25,7 +25,7 @@ def step(name, condition, detail=""):
 
 
 def connect():
-    link = mavutil.mavlink_connection(f"udpin:127.0.0.1:{port}", source_system=250, dialect="common")
+    link = mavutil.mavlink_connection(place, source_system=250, dialect="common")
     return link
 
 
@@ -64,7 +64,7 @@ def velocity_target(north, east, down):
         0, 1, 1, mav.MAV_FRAME_LOCAL_NED, 0b110111000111, 0, 0, 0, north, east, down, 0, 0, 0, 0, 0)
 
 
-port = sys.argv[1]
+place = sys.argv[1]
 link = connect()
 step("heartbeat", receive("HEARTBEAT") is not None)
 heartbeat = receive("HEARTBEAT")

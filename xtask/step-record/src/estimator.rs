@@ -1,8 +1,8 @@
 //! The flight through which the estimator is measured: the same on host and target, from a seed.
 
-use ctrl_core::estimator::{EstimatorConfig, InertialSample, Measurement};
+use ctrl_core::estimator::{BarometerBias, EstimatorConfig, InertialSample, Measurement};
 use ctrl_core::vehicle::{GRAVITY, VehicleState};
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 
 use super::Record;
 
@@ -11,10 +11,13 @@ pub const STEPS: u32 = 3_000;
 /// Predictions per measurement of each kind.
 const SPACING: u32 = 20;
 /// Kinds of measurements.
-pub const KINDS: usize = 6;
+pub const KINDS: usize = 8;
 
 /// Configuration of the flight.
-pub const CONFIG: EstimatorConfig = EstimatorConfig::EXAMPLE;
+pub const CONFIG: EstimatorConfig = EstimatorConfig {
+    barometer_bias: BarometerBias { deviation: 0.5, walk: 0.02 },
+    ..EstimatorConfig::EXAMPLE
+};
 
 /// The state that the flight starts from.
 #[must_use]
@@ -66,10 +69,12 @@ impl Events {
             2 => Measurement::GnssPosition(position + self.vector(2.0)),
             3 => Measurement::GnssVelocity(self.vector(0.05)),
             4 => Measurement::CapturePosition(position + self.vector(1e-3)),
-            _ => {
+            5 => {
                 let x = self.vector(2e-3);
                 Measurement::CaptureAttitude(Quat::from_xyzw(x.x, x.y, x.z, 1.0))
             }
+            6 => Measurement::Rangefinder(position.z + 0.02 * self.number()),
+            _ => Measurement::OpticalFlow(0.05 * Vec2::new(self.number(), self.number())),
         }
     }
 }

@@ -11,6 +11,7 @@ pub mod filter;
 
 use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::reference::Reference;
+use ctrl_core::rotors::RotorModel;
 use ctrl_core::vehicle::{InitialEstimate, Interval, Uncertainty, VectorInterval, VehicleState};
 use glam::{Quat, Vec3};
 
@@ -93,6 +94,12 @@ fn cascade(x: &mut CascadeGains, word: &mut impl FnMut(&mut u32)) {
     }
 }
 
+fn rotors(x: &mut RotorModel, word: &mut impl FnMut(&mut u32)) {
+    let RotorModel { lag, residual_lag } = x;
+    number(lag, word);
+    number(residual_lag, word);
+}
+
 fn integral(x: &mut IntegralAction, word: &mut impl FnMut(&mut u32)) {
     let IntegralAction { acceleration_max, gamma_d, torque_max, gamma_t } = x;
     for x in [acceleration_max, gamma_d, torque_max, gamma_t] {
@@ -131,6 +138,7 @@ impl Record for RobustAdaptiveConfig {
             k4: Vec3::ZERO,
             gamma2: Vec3::ZERO,
             integral: IntegralAction::OFF,
+            rotors: RotorModel::OFF,
         }
     }
 
@@ -143,6 +151,7 @@ impl Record for RobustAdaptiveConfig {
         vector(&mut self.k4, word);
         vector(&mut self.gamma2, word);
         integral(&mut self.integral, word);
+        rotors(&mut self.rotors, word);
     }
 }
 
@@ -161,6 +170,7 @@ impl Record for SaturatedConfig {
             gamma2: Vec3::ZERO,
             gamma3: 0.0,
             integral: IntegralAction::OFF,
+            rotors: RotorModel::OFF,
         }
     }
 
@@ -178,6 +188,7 @@ impl Record for SaturatedConfig {
         vector(gamma2, word);
         number(gamma3, word);
         integral(&mut self.integral, word);
+        rotors(&mut self.rotors, word);
     }
 }
 

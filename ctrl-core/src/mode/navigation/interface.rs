@@ -122,16 +122,27 @@ pub enum NavigationRefusal {
     Invalid(ConfigError),
 }
 
+impl NavigationRefusal {
+    /// The reason in words; the parameter that is out of its bound.
+    #[must_use]
+    pub const fn as_str(&self) -> &'static str {
+        match self {
+            Self::NotArmed => "not armed",
+            Self::NotFlying => "not in flight: take off first",
+            Self::NoMission => "no mission",
+            Self::NoSetpoint => "no set-points are coming",
+            Self::Hazard => "a hazard is present: return or land",
+            Self::NoItem => "no such mission item",
+            Self::Invalid(error) => error.parameter,
+        }
+    }
+}
+
 impl fmt::Display for NavigationRefusal {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotArmed => out.write_str("not armed"),
-            Self::NotFlying => out.write_str("not in flight: take off first"),
-            Self::NoMission => out.write_str("no mission"),
-            Self::NoSetpoint => out.write_str("no set-points are coming"),
-            Self::Hazard => out.write_str("a hazard is present: return or land"),
-            Self::NoItem => out.write_str("no such mission item"),
             Self::Invalid(error) => error.fmt(out),
+            _ => out.write_str(self.as_str()),
         }
     }
 }

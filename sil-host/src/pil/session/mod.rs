@@ -54,6 +54,17 @@ impl VehicleSession {
         Self::boot_recorded(emulator, directives, None)
     }
 
+    /// As [`boot`](Self::boot), with `mavlink` as QEMU's character device behind the ground station's port.
+    ///
+    /// # Errors
+    /// As [`boot`](Self::boot).
+    pub fn boot_with_mavlink(emulator: &Emulator, mavlink: &str) -> Result<Self, PilError> {
+        let line = Line::Fifos(Lockstep::start_with(emulator, &[], mavlink)?);
+        let mut session = Self::over(line, emulator.cost_unit(), None);
+        session.receive()?;
+        Ok(session)
+    }
+
     /// As [`boot`](Self::boot); every byte goes into `recording` as well.
     ///
     /// # Errors

@@ -8,7 +8,8 @@
 //! rho_v = eps_e . R_e^T (w_d,used - w_d,true) - w_e . J'' (mu'_true - mu'_used)
 //! ```
 //! with `J' = 1`, `J'' = J` for controller 1 and `J' = J_lo`, `J'' = I` for controller 2; `_true` are
-//! differences over the tick. `rho_v` also holds what an adaptation that is switched off leaves over.
+//! differences over the tick. Behind rotors that lag `rho_v` has what the thrust and the modelled torque miss of what
+//! acts, and `eps_e . w_a` for controller 1. `rho_v` also holds what an adaptation that is switched off leaves over.
 //! With integral action `rho_d` has `d1 - d_c` and `d2 - t_c`: what lasts, its estimate answers for.
 //! `A = A_h + A_r`: `A_h` bounds the effect of holding the wrench over the tick, is made of second-order
 //! terms only, and so shrinks with `dt^2`; `A_r` bounds the rounding of the `f32` controller.
@@ -69,7 +70,7 @@ impl Balance {
             decrease: now.decrease,
             disturbance: disturbance(p, &from.ticks, now),
             smoothing: smoothing(p, now),
-            model: model + unadapted(p, &from.ticks, now),
+            model: model + unadapted(p, &from.ticks, now) + behind_rotors(p, &from.ticks, now),
             hold: motion.translation_hold(p, now)
                 + motion.attitude_hold(p, now)
                 + motion.rate_hold(p, &from.ticks, now)
@@ -131,7 +132,9 @@ fn unadapted(p: &Parameters, ticks: &Block, now: &Evaluated) -> Scalars {
     let off = DVec3::select(p.gamma2.cmpeq(DVec3::ZERO), DVec3::ONE, DVec3::ZERO);
     if off != DVec3::ZERO {
         let regressor = match p.saturated {
-            None => -(w.cross(w * now.inertia_error) + ticks.law.mu_dot * now.inertia_error),
+            None => {
+                -(w.cross(w * now.inertia_error) + ticks.law.regressor_rate * now.inertia_error)
+            }
             Some(_) => now.inertia_error * ticks.law.torque,
         };
         left += now.rate_error.dot(Vectors::all(off) * regressor);
@@ -139,6 +142,25 @@ fn unadapted(p: &Parameters, ticks: &Block, now: &Evaluated) -> Scalars {
     if let Some(saturated) = p.saturated.filter(|saturated| saturated.gamma3 == 0.0) {
         let error = Vectors::all(saturated.gyroscopic_ratio) - ticks.law.gyroscopic_ratio;
         left += now.rate_error.dot(error * products(w));
+    }
+    left
+}
+
+/// Effect of rotors that lag: of the thrust that acts against the commanded one, of the torque that acts against
+/// what the law takes it for, and for controller 1 of the rate `w_a`.
+fn behind_rotors(p: &Parameters, ticks: &Block, now: &Evaluated) -> Scalars {
+    let mut left = all(0.0);
+    if p.saturated.is_none() {
+        left += now.attitude.error.xyz().dot(ticks.law.auxiliary_rate);
+    }
+    if p.left_in_the_mean > 0.0 {
+        let mean = all(p.left_in_the_mean);
+        let thrust = mean * (ticks.applied_thrust - ticks.thrust);
+        let force = now.body_z * (thrust * all(p.inverse_mass));
+        left += all(p.c) * now.translation.g.dot(force);
+        let acting = ticks.torque + (ticks.applied_torque - ticks.torque) * mean;
+        let missing = (acting - ticks.law.torque) * Vectors::all(p.rate_weight() / p.inertia);
+        left += now.rate_error.dot(missing);
     }
     left
 }
@@ -227,7 +249,9 @@ impl Motion {
                 law.torque_excess * law.inverse_inertia - law.auxiliary_rate * Vectors::all(p.k4);
             all(p.k4.max_element() * p.dt * p.dt) * rate.norm()
         } else {
-            all(0.0)
+            // k4 acts on w_a one step ahead; nothing without a model of the rotors.
+            let rate = ticks.law.regressor_rate - ticks.law.mu_dot;
+            all(p.k4.max_element() * p.dt * p.dt) * rate.norm()
         };
         kinetic + now.lengths.rate_error * (gyroscopic + auxiliary)
     }

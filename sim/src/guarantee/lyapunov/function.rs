@@ -119,6 +119,13 @@ impl Evaluator {
         }
     }
 
+    /// The same behind rotors with the time constant `lag` (s).
+    #[must_use]
+    pub(crate) fn behind_rotors(mut self, lag: f64) -> Self {
+        self.parameters.set_rotor_lag(lag);
+        self
+    }
+
     /// V at this tick; call once per tick, in order.
     #[must_use]
     pub fn evaluate(&mut self, tick: &Tick) -> Evaluation {
@@ -310,7 +317,7 @@ fn increments(p: &Parameters, block: &Block, g: Vectors, w_e: Vectors) -> Increm
     let (inertia, gyroscopic_ratio) = match p.saturated {
         None => {
             // Y^T w_e = -w * (w x w_e) + mu' * w_e, element-wise.
-            (-((block.law.mu_dot * w_e - w * w.cross(w_e)) * gamma2), Vectors::default())
+            (-((block.law.regressor_rate * w_e - w * w.cross(w_e)) * gamma2), Vectors::default())
         }
         Some(saturated) => {
             (block.law.torque * gamma2 * w_e, products(w) * (p.dt * saturated.gamma3) * w_e)

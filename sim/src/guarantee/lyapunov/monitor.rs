@@ -15,8 +15,8 @@ use ctrl_core::controller::ControllerConfig;
 pub(crate) struct LyapunovMonitor {
     evaluator: Evaluator,
     window_length: f64,
-    /// `true` if the controller receives the truth and a command within the rotor limits acts at once and
-    /// exactly; otherwise nothing is guaranteed of V.
+    /// `true` if the controller receives the truth, and a command within the rotor limits acts at once and
+    /// exactly or lags behind a law with a model of that; otherwise nothing is guaranteed of V.
     is_prompt: bool,
     limits: Option<Limits>,
     window: Window,
@@ -29,6 +29,11 @@ pub(crate) struct LyapunovMonitor {
     excluded: Extreme,
     /// Time in windows over which V had to fall (s).
     outside: f64,
+}
+
+/// `true` if `law` takes the torque of rotors that lag as it acts: its balance holds behind them.
+fn models_rotors(law: &ControllerConfig, actuation: &ActuationConfig) -> bool {
+    law.rotors().lag > 0.0 && actuation.delay.is_none_or(|delay| delay == 0.0)
 }
 
 /// Sums over one window.
@@ -62,10 +67,12 @@ impl LyapunovMonitor {
         actuation: &ActuationConfig,
     ) -> Self {
         let none = Extreme::default();
+        let modelled = models_rotors(law, actuation);
+        let lag = actuation.rotor_lag.filter(|_| modelled).unwrap_or_default();
         Self {
-            evaluator: Evaluator::new(law, parameters),
+            evaluator: Evaluator::new(law, parameters).behind_rotors(lag),
             window_length: config.lyapunov_window,
-            is_prompt: actuation.is_prompt(),
+            is_prompt: actuation.is_prompt() || modelled,
             limits: actuation.limits(),
             window: Window::default(),
             excess: none,

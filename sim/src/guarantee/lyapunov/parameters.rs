@@ -35,6 +35,9 @@ pub(super) struct Parameters {
     pub saturated: Option<SaturatedParameters>,
     /// `[J_lo, J_hi]` about each axis.
     pub inertia_set: (DVec3, DVec3),
+    /// Share of a difference between acting and commanded wrench that is left in the mean of a step: `(1 - e^-x)/x`
+    /// at `x = dt/T` for rotors with the lag `T`; zero for those that act at once.
+    pub left_in_the_mean: f64,
     /// Constants of the integral action; none without it.
     pub integral: Option<IntegralParameters>,
 }
@@ -94,8 +97,15 @@ impl Parameters {
                 uncertainty.inertia.lower.as_dvec3(),
                 uncertainty.inertia.upper.as_dvec3(),
             ),
+            left_in_the_mean: 0.0,
             integral: IntegralParameters::new(law, truth),
         }
+    }
+
+    /// Puts rotors with the time constant `lag` (s) between command and wrench.
+    pub fn set_rotor_lag(&mut self, lag: f64) {
+        let x = self.dt / lag;
+        self.left_in_the_mean = if lag > 0.0 { -(-x).exp_m1() / x } else { 0.0 };
     }
 
     /// Smoothing widths (17) of translation and rotation, each after that many ticks.

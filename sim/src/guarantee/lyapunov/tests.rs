@@ -22,6 +22,7 @@ const CONFIG: GuaranteeConfig = GuaranteeConfig {
     tilt_error_max: 3.0,
     heading_error_max: 3.0,
     lyapunov_window: 0.5,
+    state_error: None,
 };
 
 /// First words of the rows of V.
