@@ -190,6 +190,9 @@ def tune_gains(
     position_range: float | None = None,
     attitude_range: float | None = None,
     phase_margin: float | None = None,
+    rate_noise: float | None = None,
+    noise_torque_max: float | None = None,
+    rotation_slope: float | None = None,
     fly_check: bool = True,
     progress: Callable[[int, int, int], object] | None = None,
 ) -> tuple[str, str, str]: ...

@@ -184,6 +184,9 @@ def tune(
     position_range: float | None = None,
     attitude_range: float | None = None,
     phase_margin: float | None = None,
+    rate_noise: float | None = None,
+    noise_torque_max: float | None = None,
+    rotation_slope: float | None = None,
     check: bool = True,
     progress: Progress | bool | None = None,
 ) -> Proposal:
@@ -197,6 +200,9 @@ def tune(
         position_range: position error up to which the position loop is about linear (m).
         attitude_range: attitude error up to which the torque suffices (rad).
         phase_margin: least phase margin behind rotors that lag or delay (deg).
+        rate_noise: standard deviation of white noise of the body rate at every tick (rad/s).
+        noise_torque_max: most torque that this noise may make, root mean square over all axes (N m).
+        rotation_slope: slope of the rotational smooth sign at zero, as a multiple of k4.
         check: fly a small campaign over the corners of the vehicle.
         progress: called with the runs of the check that are flown and the runs in all; True shows a bar.
 
@@ -214,6 +220,9 @@ def tune(
         position_range=position_range,
         attitude_range=attitude_range,
         phase_margin=phase_margin,
+        rate_noise=rate_noise,
+        noise_torque_max=noise_torque_max,
+        rotation_slope=rotation_slope,
         fly_check=check,
         progress=reporter(progress, "check"),
     )

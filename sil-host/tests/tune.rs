@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use ctrl_core::controller::ControllerConfig;
+use ctrl_core::filter::RateFilterConfig;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use glam::DVec3;
@@ -389,8 +390,9 @@ fn flights_ring_beyond_the_predicted_lag_and_not_before() {
         let proposal = Proposal::new(request).expect("feasible");
         let hover = Hover::new(&proposal.law);
         let corner = nominal(&proposal.law, 0);
-        let lags = [Which::Lateral, Which::Attitude]
-            .map(|which| margins_at(which, &hover, &corner, &Rotors::default()).lag);
+        let lags = [Which::Lateral, Which::Attitude].map(|which| {
+            margins_at(which, &hover, &corner, &Rotors::default(), &RateFilterConfig::default()).lag
+        });
         let lag = lags[0].min(lags[1]);
         let (below, beyond) = (ringing(&proposal, 0.9 * lag), ringing(&proposal, 1.1 * lag));
         println!("{name}: {lag} s, {below:?} below, {beyond:?} beyond");

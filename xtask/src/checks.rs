@@ -27,6 +27,7 @@ pub const ALL: &[Check] = &[
     check("tests, both tiers", all_tests),
     check("the paper's flights", paper_flights),
     check("Python package", wheel::check),
+    check("flights in RotorPy", wheel::rotorpy),
     check("host instructions", host_instructions),
     check("core for the target", core_for_target),
     check("fuzz targets", fuzz::check),

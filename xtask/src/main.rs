@@ -39,6 +39,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   fuzz          a short run of each fuzz target
   machine-code  required and forbidden instructions in the control steps' machine code
   python        the Python package: its wheel built, installed, tested and type-checked
+  rotorpy       flights in RotorPy's plant against what is recorded; after `python`
   wcet          upper bounds on the instructions and cycles of the control steps
   budgets [--accept]
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
@@ -78,6 +79,7 @@ fn run() -> Result<()> {
         ["fuzz"] => fuzz::check(),
         ["machine-code"] => machine_code::check_all(),
         ["python"] => wheel::check(),
+        ["rotorpy"] => wheel::rotorpy(),
         ["wcet"] => wcet::check(),
         ["budgets"] => budgets::check(),
         ["budgets", "--accept"] => budgets::accept(),

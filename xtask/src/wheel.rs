@@ -24,6 +24,8 @@ const WHEELS: &str = "target/python-wheel/wheels";
 const TARGET: &str = "target/python-wheel/build";
 /// For any x86-64 processor since about 2009, whatever `.cargo/config.toml` says.
 const FLAGS: &str = "-C target-cpu=x86-64-v2";
+/// Flights in RotorPy's plant.
+const ROTORPY: &str = "tests/rotorpy/flights.py";
 /// The program that flights are compared with.
 const PROGRAM: &str = "target/release/sil-host";
 
@@ -37,6 +39,13 @@ pub fn check() -> Result<()> {
     types()?;
     run(&mut cargo(["build", "--release", "-p", "sil-host"]))?;
     test()
+}
+
+/// Flies the laws in RotorPy's plant, by the installed wheel, and compares with what is recorded.
+pub fn rotorpy() -> Result<()> {
+    let python = tool("python3");
+    ensure!(Path::new(&python).exists(), "{python} is missing: run cargo xtask python first");
+    run(&mut command([python.as_str(), ROTORPY]))
 }
 
 /// A program of the environment, by its whole path.
@@ -100,7 +109,9 @@ fn smoke(wheel: &Path) -> Result<()> {
 fn types() -> Result<()> {
     let mut stubs = command([tool("stubtest").as_str(), "gyrfalcon._core"]);
     run(stubs.current_dir(Path::new(ENVIRONMENT)))?;
-    run(command([tool("mypy").as_str(), "gyrfalcon", "tests"]).current_dir(PACKAGE))
+    let mypy = tool("mypy");
+    let parts = [mypy.as_str(), "gyrfalcon", "tests", "../tests/rotorpy/flights.py"];
+    run(command(parts).current_dir(PACKAGE))
 }
 
 fn test() -> Result<()> {

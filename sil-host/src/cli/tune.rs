@@ -40,6 +40,16 @@ pub struct TuneArguments {
     /// Least phase margin behind rotors that lag or delay (deg); 30 by default.
     #[arg(long, value_name = "DEG")]
     pub phase_margin: Option<f64>,
+    /// White noise of each component of the measured body rate at every tick, standard deviation (rad/s): predicts the
+    /// torque that it makes, and checks it in flight; 0 by default, or the vehicle file's or scenario's.
+    #[arg(long, value_name = "RAD/S")]
+    pub rate_noise: Option<f64>,
+    /// Most torque, root mean square over all axes, that this noise may make (N m); any by default.
+    #[arg(long, value_name = "N M")]
+    pub noise_torque_max: Option<f64>,
+    /// Slope of the rotational smooth sign at zero as a multiple of k4; the steepest that step period and noise allow by default.
+    #[arg(long, value_name = "RATIO")]
+    pub rotation_slope: Option<f64>,
     /// Write a complete scenario with the gains, ready for `run`.
     #[arg(long, value_name = "FILE")]
     pub write: Option<PathBuf>,
@@ -67,6 +77,9 @@ impl TuneArguments {
             position_range: self.position_range,
             attitude_range: self.attitude_range,
             phase_margin_deg: self.phase_margin,
+            rotation_slope: self.rotation_slope,
+            noise_torque_max: self.noise_torque_max,
+            rate_noise: self.rate_noise,
         }
     }
 }

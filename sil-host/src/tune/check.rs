@@ -8,6 +8,7 @@ use glam::{DVec3, Vec3};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
+use super::noise_flight::{self, NoiseCheck};
 use super::proposal::Proposal;
 use crate::campaign::{
     Campaign, CampaignError, CampaignOverrides, CampaignProgress, Definition, RunOutcome, Sampling,
@@ -28,6 +29,8 @@ pub struct Check {
     pub comparisons: Vec<Comparison>,
     /// Reasons of the others, a sentence each.
     pub reasons: Vec<String>,
+    /// Torque activity under the rate noise, if there is any.
+    pub noise: Option<NoiseCheck>,
 }
 
 /// A bound and the worst of all flights.
@@ -44,10 +47,11 @@ pub struct Comparison {
 }
 
 impl Check {
-    /// `true` if every flight kept every guarantee.
+    /// `true` if every flight kept every guarantee, and the torque activity is the predicted one.
     #[must_use]
     pub fn passed(&self) -> bool {
-        self.flights > 0 && self.held == self.flights
+        let quiet = self.noise.is_none_or(|noise| noise.passed());
+        self.flights > 0 && self.held == self.flights && quiet
     }
 }
 
@@ -95,6 +99,7 @@ pub fn check_watched(
         held: rows.iter().filter(|row| row.outcome == RunOutcome::Held).count() as u32,
         comparisons: comparisons.collect(),
         reasons: reasons.collect(),
+        noise: noise_flight::fly(proposal).map_err(CampaignError::Definition)?,
     })
 }
 

@@ -13,6 +13,7 @@ use super::digits::{rounded, rounded_down};
 use super::hover::Hover;
 use super::infeasible::{Infeasible, Remedy};
 use super::margin::{Rotors, margins};
+use super::noise::activity;
 use super::request::Request;
 use super::room::{acceleration, auxiliary_gain};
 use super::survey::{LoopSurvey, Met, Which};
@@ -93,7 +94,10 @@ struct Factors {
 /// # Errors
 /// The inequality that no choice of gains meets.
 pub fn design(request: &Request) -> Result<ControllerConfig, Infeasible> {
-    let mut outcomes = ROTATION_SLOPES.iter().map(|&slope| search(request, slope));
+    let asked = request.wanted.rotation_slope;
+    let slopes = asked.map_or_else(|| ROTATION_SLOPES.to_vec(), |slope| vec![slope]);
+    let found = |slope| search(request, slope).and_then(|law| quiet(request, law));
+    let mut outcomes = slopes.into_iter().map(found);
     let steepest = outcomes.next().expect("there are slopes to try");
     // The error of the least slope is that of the gains that ask least of the step period.
     let mut law = outcomes.fold(steepest, |kept, next| if kept.is_ok() { kept } else { next })?;
@@ -187,19 +191,52 @@ fn search(request: &Request, rotation_slope: f64) -> Result<ControllerConfig, In
     Err(poles_out_of_reach(request, &fault.expect("a fault kept the search going")))
 }
 
+/// `law`, if the rate noise makes no more torque activity than was asked for.
+fn quiet(request: &Request, law: ControllerConfig) -> Result<ControllerConfig, Infeasible> {
+    let Request { rate_noise, rotors, rate_filter, wanted, .. } = request;
+    if *rate_noise == 0.0 {
+        return Ok(law);
+    }
+    let found = activity(&law, *rate_noise, rotors, rate_filter);
+    let asked = wanted.noise_torque_max.map(|most| ("rms over all axes", found.torque, most));
+    let limits = request.limits.map_or(DVec3::INFINITY, |limits| limits.torque_max.as_dvec3());
+    let axis = (found.axes / limits).max_position();
+    let clipped =
+        ("three standard deviations about one axis", 3.0 * found.axes[axis], limits[axis]);
+    let over = asked.into_iter().chain([clipped]).find(|(_, torque, most)| torque > most);
+    let Some((which, left, right)) = over else { return Ok(law) };
+    let bound = if which == clipped.0 { "torque_max" } else { "wanted.noise_torque_max" };
+    Err(Infeasible {
+        inequality: format!(
+            "torque that rate noise of {} rad/s makes, {which}, within {bound}",
+            number(*rate_noise)
+        ),
+        left,
+        right,
+        unit: "N m",
+        remedies: vec![
+            "a smaller wanted.rotation_slope".to_owned(),
+            "a rate_filter".to_owned(),
+            "a smaller wanted.position_bandwidth".to_owned(),
+        ],
+        remedy: Some((Remedy::AttitudeBandwidth, wanted.attitude_bandwidth)),
+    })
+}
+
 /// `law`, if its loops have the phase margin asked for behind rotors that lag or delay.
 fn behind_rotors(request: &Request, law: ControllerConfig) -> Result<ControllerConfig, Infeasible> {
     let Rotors { lag, delay } = request.rotors;
-    if request.rotors.is_prompt() {
+    if request.rotors.is_prompt() && request.rate_filter.is_empty() {
         return Ok(law);
     }
     let asked = request.wanted.phase_margin_deg;
-    let all = margins(&law, &request.rotors);
+    let all = margins(&law, &request.rotors, &request.rate_filter);
     let least = all.into_iter().min_by(|a, b| a.phase.total_cmp(&b.phase));
     let Some(least) = least.filter(|it| it.phase.to_degrees() < asked) else { return Ok(law) };
+    let filters = if request.rate_filter.is_empty() { "" } else { " and filters of the rate" };
     Err(Infeasible {
         inequality: format!(
-            "phase margin asked of the loop of {} against what rotors with a lag of {} s and a delay of {} s \
+            "phase margin asked of the loop of {} against what rotors with a lag of {} s and a delay of {} s{filters} \
              leave it (with this delay it is stable up to a lag of {} s)",
             least.which.name(),
             number(lag),

@@ -3,9 +3,10 @@
 
 use ctrl_core::config::IntegralAction;
 use ctrl_core::controller::ControllerConfig;
+use ctrl_core::filter::RateFilterConfig;
 use glam::Vec3;
 use sim::scenario::BuiltIn;
-use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
 use super::digits::decimal;
 use super::margin::Rotors;
@@ -71,11 +72,34 @@ impl Proposal {
             actuation.decor_mut().set_prefix("\n# Between command and wrench.\n");
             document["actuation"] = Item::Table(actuation);
         }
+        if !request.rate_filter.is_empty() {
+            document["rate_filter"] = Item::Table(filters(&request.rate_filter));
+        }
         if let Some(disturbance) = document["disturbance"].as_table_mut() {
             disturbance.remove("gust");
         }
         document.to_string()
     }
+}
+
+/// The filters of the rate as a scenario has them.
+fn filters(filter: &RateFilterConfig) -> Table {
+    let section = |frequency: f32, quality: f32| {
+        let values = [("frequency", frequency), ("quality", quality)];
+        values.map(|(key, value)| (key, decimal(value))).into_iter().collect::<InlineTable>()
+    };
+    let mut table = Table::new();
+    table
+        .decor_mut()
+        .set_prefix("\n# Between the body rate and the controller; frequencies in Hz.\n");
+    if let Some(it) = filter.low_pass {
+        table.insert("low_pass", Item::Value(section(it.frequency, it.quality).into()));
+    }
+    if !filter.notches.is_empty() {
+        let notches = filter.notches.iter().map(|it| section(it.frequency, it.quality));
+        table.insert("notches", Item::Value(notches.collect::<Array>().into()));
+    }
+    table
 }
 
 fn vector(x: Vec3) -> Array {

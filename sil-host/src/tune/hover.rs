@@ -31,7 +31,7 @@ pub struct Hover {
     /// Step period (s).
     pub dt: f64,
     /// Rate gain `k4` about each axis, in the unit of its law.
-    pub(super) k4: DVec3,
+    pub k4: DVec3,
     /// Controller 2.
     pub(super) saturated: bool,
 }
@@ -87,6 +87,8 @@ pub struct Loop {
     pub driven: DVec4,
     /// Chain from that acceleration to each state: coefficient and number of integrators.
     pub chain: [(f64, i32); 4],
+    /// The state that is the body rate, if there is one.
+    pub rate: Option<usize>,
     /// Step period (s).
     pub dt: f64,
 }
@@ -169,6 +171,12 @@ impl Hover {
         found
     }
 
+    /// Slope of the rotational smooth sign at zero over `k4`, the largest of the axes.
+    #[must_use]
+    pub fn slope_over_gain(&self) -> f64 {
+        (self.rotation_slope() / self.k4).max_element()
+    }
+
     /// Gains of the position loop at `corner`.
     #[must_use]
     pub fn stiffness(&self, corner: &Corner) -> Stiffness {
@@ -229,6 +237,7 @@ impl Hover {
             command: spin,
             driven: DVec4::W,
             chain: [(G, 4), (G, 3), (1.0, 2), (1.0, 1)],
+            rate: Some(3),
             dt,
         }
     }
@@ -253,6 +262,7 @@ impl Hover {
             command: -kp * e - kv * v,
             driven: DVec4::Y,
             chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
+            rate: None,
             dt,
         }
     }
@@ -273,6 +283,7 @@ impl Hover {
             command: spin,
             driven: DVec4::Y,
             chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
+            rate: Some(1),
             dt: self.dt,
         }
     }

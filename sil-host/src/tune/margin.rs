@@ -5,17 +5,20 @@
 //! L(s) = -row . [coefficient_i/s^power_i]        the law's row over the chain of integrators
 //! D(s) = exp(-s (dt/2 + delay))/(1 + s lag)
 //! ```
+//! Filters of the rate multiply what goes through the rate by `F(e^(s dt))`.
 //! The loop without rotors is stable at every corner (its poles are surveyed). With them it stays stable
-//! as long as `1 + L D` does not meet zero on the imaginary axis while delay and lag grow from nothing.
+//! as long as `1 + L D` does not meet zero on the imaginary axis while filters, delay and lag grow from nothing.
 
 use core::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
+use super::filter;
 use super::hover::{Corner, Hover, Loop};
 use super::survey::{Which, corners, nominal};
 use ctrl_core::controller::ControllerConfig;
+use ctrl_core::filter::RateFilterConfig;
 
 /// Rotors between command and wrench.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -54,28 +57,40 @@ pub struct Margins {
 const PER_DECADE: f64 = 60.0;
 const DECADES_BELOW: f64 = 2.0;
 
-/// Margins of every loop of `law` behind `rotors`.
+/// Margins of every loop of `law` behind `rotors`, with its rate behind `filter`.
 #[must_use]
-pub fn margins(law: &ControllerConfig, rotors: &Rotors) -> Vec<Margins> {
+pub fn margins(law: &ControllerConfig, rotors: &Rotors, filter: &RateFilterConfig) -> Vec<Margins> {
     // The adaptation of the mass is not behind the rotors.
     let loops = Which::of(law).into_iter().filter(|&it| it != Which::VerticalAdaptive);
-    loops.map(|which| of_loop(which, law, rotors)).collect()
+    loops.map(|which| of_loop(which, law, rotors, filter)).collect()
 }
 
 /// Margins of one loop of `law` at `corner` behind `rotors`.
 #[must_use]
-pub fn margins_at(which: Which, hover: &Hover, corner: &Corner, rotors: &Rotors) -> Margins {
-    OpenLoop { of: which.at(hover, corner), hold: 0.5 * hover.dt }.margins(which, rotors)
+pub fn margins_at(
+    which: Which,
+    hover: &Hover,
+    corner: &Corner,
+    rotors: &Rotors,
+    filter: &RateFilterConfig,
+) -> Margins {
+    let (of, filter) = (which.at(hover, corner), *filter);
+    OpenLoop { of, hold: 0.5 * hover.dt, filter }.margins(which, rotors)
 }
 
-fn of_loop(which: Which, law: &ControllerConfig, rotors: &Rotors) -> Margins {
+fn of_loop(
+    which: Which,
+    law: &ControllerConfig,
+    rotors: &Rotors,
+    filter: &RateFilterConfig,
+) -> Margins {
     let hover = Hover::new(law);
     let worst =
         Margins { which, gain: f64::INFINITY, phase: PI, delay: f64::INFINITY, lag: f64::INFINITY };
     corners(which, &hover, &nominal(law, which.axes()[0])).iter().fold(
         worst,
         |worst, corner: &Corner| {
-            let found = margins_at(which, &hover, corner, rotors);
+            let found = margins_at(which, &hover, corner, rotors, filter);
             Margins {
                 which,
                 gain: worst.gain.min(found.gain),
@@ -92,17 +107,29 @@ struct OpenLoop {
     of: Loop,
     /// Half a step: the delay of a wrench that is held (s).
     hold: f64,
+    /// Filters of the rate.
+    filter: RateFilterConfig,
 }
 
 impl OpenLoop {
     /// `L(i omega)`.
     fn response(&self, omega: f64) -> Complex64 {
+        let [others, rate] = self.parts(omega);
+        if self.filter.is_empty() {
+            return others + rate;
+        }
+        others + rate * filter::response(&self.filter, omega, 2.0 * self.hold)
+    }
+
+    /// `L(i omega)` without filters: what goes through the rate about the axis comes last.
+    fn parts(&self, omega: f64) -> [Complex64; 2] {
         let s = Complex64::new(0.0, omega);
         let row = self.of.command.to_array();
-        let chain = self.of.chain.iter().zip(row);
-        -chain
-            .map(|(&(coefficient, power), gain)| gain * coefficient / s.powi(power))
-            .sum::<Complex64>()
+        let mut parts = [Complex64::default(); 2];
+        for (i, (&(coefficient, power), gain)) in self.of.chain.iter().zip(row).enumerate() {
+            parts[usize::from(self.of.rate == Some(i))] -= gain * coefficient / s.powi(power);
+        }
+        parts
     }
 
     /// `L D (i omega)` behind `rotors`.
@@ -114,7 +141,7 @@ impl OpenLoop {
     fn margins(&self, which: Which, rotors: &Rotors) -> Margins {
         let grid = self.grid();
         let lag = self.largest_lag(&grid, rotors.delay);
-        let stable = rotors.lag < lag && self.survives_delay(&grid, rotors.delay);
+        let stable = rotors.lag < lag;
         let (mut gain, mut phase, mut delay) = (f64::INFINITY, PI, f64::INFINITY);
         let at = |omega: f64| self.behind(rotors, omega);
         for omega in crossings(&grid, |omega| at(omega).norm().ln()) {
@@ -137,7 +164,7 @@ impl OpenLoop {
 
     /// Largest time constant with which the loop is stable (s).
     fn largest_lag(&self, grid: &[f64], delay: f64) -> f64 {
-        if !self.survives_delay(grid, delay) {
+        if !(self.survives_filter(grid) && self.survives_delay(grid, delay)) {
             return 0.0;
         }
         // On the border |L| = |1 + i omega lag|, which gives the lag, and the phase is -180 degrees.
@@ -152,6 +179,21 @@ impl OpenLoop {
         let phase = |omega: f64| turned(omega).map_or(f64::NAN, |it| it.arg());
         let found = crossings(grid, phase).into_iter().filter(|&omega| phase(omega).abs() < 0.5);
         found.filter_map(lag).fold(f64::INFINITY, f64::min)
+    }
+
+    /// `true` if the loop is stable with the filters, without hold and rotors: `1 + L` meets zero for no share
+    /// of `F - 1` between none and all of it.
+    fn survives_filter(&self, grid: &[f64]) -> bool {
+        if self.filter.is_empty() {
+            return true;
+        }
+        let share = |omega: f64| {
+            let [others, rate] = self.parts(omega);
+            let filtered = filter::response(&self.filter, omega, 2.0 * self.hold) - 1.0;
+            -(1.0 + others + rate) / (rate * filtered)
+        };
+        let met = |omega: &f64| (0.0..=1.0).contains(&share(*omega).re);
+        !crossings(grid, |omega| share(omega).im).iter().any(met)
     }
 
     /// `true` if the loop is stable with the hold and this delay, without lag.
@@ -216,8 +258,9 @@ mod tests {
             driven: DVec4::Y,
             chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
             dt: 2.0 * hold,
+            rate: None,
         };
-        OpenLoop { of, hold }
+        OpenLoop { of, hold, filter: RateFilterConfig::default() }
     }
 
     #[test]

@@ -229,6 +229,7 @@ mod tests {
             command,
             driven: DVec4::Y,
             chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
+            rate: None,
             dt: 1e-3,
         };
         let behind = |lag: f64, delay: f64| {

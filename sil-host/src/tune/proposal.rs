@@ -4,9 +4,11 @@ use glam::Vec3;
 
 use super::design::design;
 use super::digits::rounded_up;
+use super::filter::slow_delay;
 use super::hover::Hover;
 use super::infeasible::{Infeasible, Remedy};
-use super::margin::{Margins, margins};
+use super::margin::{Margins, Rotors, margins};
+use super::noise::{Activity, activity};
 use super::request::Request;
 use super::survey::{LoopSurvey, Which};
 use super::ultimate::Ultimate;
@@ -34,6 +36,8 @@ pub struct Proposal {
     pub margins: Vec<Margins>,
     /// Predicted ultimate bounds.
     pub ultimate: Ultimate,
+    /// Torque activity of the rate noise, if there is any.
+    pub activity: Option<Activity>,
     /// Time from which on the bounds hold in the check flights (s).
     pub settle_time: f64,
     /// Length of the check flights (s).
@@ -49,14 +53,16 @@ impl Proposal {
         let (law, ultimate) = predicted(&request).map_err(|error| error.remedied(&request))?;
         let surveys =
             Which::of(&law).into_iter().map(|it| LoopSurvey::new(it, &law)).collect::<Vec<_>>();
-        let margins = margins(&law, &request.rotors);
+        let margins = margins(&law, &request.rotors, &request.rate_filter);
+        let activity = (request.rate_noise > 0.0)
+            .then(|| activity(&law, request.rate_noise, &request.rotors, &request.rate_filter));
         let decay = surveys.iter().map(|it| it.decay.value).fold(f64::INFINITY, f64::min);
         let cascade = law.cascade();
         let width = f64::from(cascade.delta_min_translation.min(cascade.delta_min_rotation));
         let smoothing = (20.0 / width).ln() / f64::from(cascade.delta_1);
         let settle_time = (FORGOTTEN / decay).max(smoothing).ceil();
         let duration = (settle_time + JUDGED / request.wanted.position_bandwidth).ceil();
-        Ok(Self { request, law, surveys, margins, ultimate, settle_time, duration })
+        Ok(Self { request, law, surveys, margins, ultimate, activity, settle_time, duration })
     }
 
     /// Bounds of the check: position (m), `q_e`, tilt and heading (rad).
@@ -76,7 +82,10 @@ fn per_axis(x: Vec3) -> String {
 /// Gains for `request`, and their predicted errors.
 fn predicted(request: &Request) -> Result<(ControllerConfig, Ultimate), Infeasible> {
     let law = design(request)?;
-    let ultimate = Ultimate::new(&law, request.lasting_torque, &request.rotors);
+    // To slow signals a filter is a delay of the rate; the peaks take it as one of the wrench, which is worse.
+    let filtered = slow_delay(&request.rate_filter, request.step_period.into());
+    let rotors = Rotors { delay: request.rotors.delay + filtered, ..request.rotors };
+    let ultimate = Ultimate::new(&law, request.lasting_torque, &rotors);
     out_of_range(&law, &ultimate).map_or(Ok((law, ultimate)), Err)
 }
 

@@ -9,6 +9,7 @@ use super::check::Check;
 use super::design::{audit, stressed};
 use super::document::controller;
 use super::margin::Rotors;
+use super::noise::{Trade, trade};
 use super::pole::Pole;
 use super::proposal::Proposal;
 use super::returning::return_speeds;
@@ -38,8 +39,39 @@ pub fn table(proposal: &Proposal, check: Option<&Check>) -> String {
     text += &rotors(proposal);
     text += "\nPredicted ultimate bounds, disturbances at their bounds:\n";
     text += &bounds(proposal, check);
+    text += &noise(proposal, check);
     if let Some(check) = check {
         text += &flown(check);
+    }
+    text
+}
+
+/// Torque activity under rate noise, and what other bandwidths would make of it.
+fn noise(proposal: &Proposal, check: Option<&Check>) -> String {
+    let Some(predicted) = proposal.activity else { return String::new() };
+    let noise = number(proposal.request.rate_noise);
+    let mut text = format!("\nTorque under rate noise of {noise} rad/s at every tick, in hover:\n");
+    let flown = check.and_then(|check| check.noise).map(|noise| noise.flown);
+    let shown = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), number);
+    let _ = writeln!(text, "  {:<44} {:>10} {:>10}", "", "predicted", "flown");
+    for (label, predicted, flown) in [
+        ("rms over all axes [N m]", predicted.torque, flown.map(|it| it[0])),
+        ("rms of its change per tick [N m]", predicted.change, flown.map(|it| it[1])),
+    ] {
+        let _ = writeln!(text, "  {label:<44} {:>10} {:>10}", number(predicted), shown(flown));
+    }
+    let _ = writeln!(
+        text,
+        "\n  {:>27}  {:>22}  {:>13}",
+        "attitude bandwidth [rad/s]", "slope of smooth sign/k4", "torque [N m]"
+    );
+    for Trade { attitude_bandwidth, met } in trade(&proposal.request) {
+        let (slope, torque) = match met {
+            Some((slope, torque)) => (number(slope), number(torque)),
+            None => ("-".to_owned(), "no gains".to_owned()),
+        };
+        let bandwidth = number(attitude_bandwidth);
+        let _ = writeln!(text, "  {bandwidth:>27}  {slope:>22}  {torque:>13}");
     }
     text
 }
@@ -104,8 +136,10 @@ fn poles(survey: &LoopSurvey, dt: f64) -> String {
 
 fn rotors(proposal: &Proposal) -> String {
     let Rotors { lag, delay } = proposal.request.rotors;
+    let filter = &proposal.request.rate_filter;
+    let filters = if filter.is_empty() { "" } else { " and the filters of the rate" };
     let mut text = format!(
-        "\nMargins with a lag of {} s and a delay of {} s, worst corner:\n",
+        "\nMargins with a lag of {} s and a delay of {} s{filters}, worst corner:\n",
         number(lag),
         number(delay)
     );
@@ -206,6 +240,9 @@ fn flown(check: &Check) -> String {
     for reason in reasons {
         let _ = writeln!(text, "  FAIL {reason}");
     }
+    if check.noise.is_some_and(|noise| !noise.passed()) {
+        let _ = writeln!(text, "  FAIL torque under rate noise: not the predicted one to 10 %");
+    }
     text
 }
 
@@ -222,6 +259,7 @@ pub fn json(proposal: &Proposal, check: Option<&Check>, passed: bool) -> String 
         "margins": proposal.margins,
         "return_speed": return_speeds(&proposal.law),
         "ultimate": proposal.ultimate,
+        "activity": proposal.activity,
         "check": check,
     });
     format!("{value:#}")

@@ -1,6 +1,7 @@
 //! Request for gains: known intervals of the vehicle, its limits and the requested closed loop, read from a
 //! short vehicle file or from a scenario, whose own gains are ignored.
 
+use ctrl_core::filter::{RateFilter, RateFilterConfig};
 use ctrl_core::vehicle::{GRAVITY, InitialEstimate, Interval, Uncertainty, VectorInterval};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -30,6 +31,10 @@ pub struct Request {
     pub limits: Option<Limits>,
     /// Rotors between command and wrench.
     pub rotors: Rotors,
+    /// Filters of the body rate before the law.
+    pub rate_filter: RateFilterConfig,
+    /// Standard deviation of white noise of each component of the body rate at every tick (rad/s).
+    pub rate_noise: f64,
     /// Requested closed loop.
     pub wanted: Wanted,
     /// Values of it that were given; the rest are defaults, which depend on the limits.
@@ -66,6 +71,10 @@ pub struct Wanted {
     pub attitude_range: f64,
     /// Least phase margin of the loops behind rotors that lag or delay (deg).
     pub phase_margin_deg: f64,
+    /// Slope of the rotational smooth sign at zero, as a multiple of `k4`; none: the steepest that fits.
+    pub rotation_slope: Option<f64>,
+    /// Most torque activity that the rate noise may make, root mean square over all axes (N m); none: any.
+    pub noise_torque_max: Option<f64>,
 }
 
 /// `[wanted]` of a vehicle file, or the flags of the same names; what is absent has a default.
@@ -88,6 +97,13 @@ pub struct WantedOptions {
     pub attitude_range: Option<f64>,
     /// See [`Wanted`]; 30 degrees.
     pub phase_margin_deg: Option<f64>,
+    /// See [`Wanted`]; the steepest that step period and noise allow.
+    pub rotation_slope: Option<f64>,
+    /// See [`Wanted`]; any.
+    pub noise_torque_max: Option<f64>,
+    /// See [`Request::rate_noise`]; a flag, whose key in a vehicle file is beside the vehicle's.
+    #[serde(skip)]
+    pub rate_noise: Option<f64>,
 }
 
 impl WantedOptions {
@@ -103,6 +119,9 @@ impl WantedOptions {
             position_range: self.position_range.or(other.position_range),
             attitude_range: self.attitude_range.or(other.attitude_range),
             phase_margin_deg: self.phase_margin_deg.or(other.phase_margin_deg),
+            rotation_slope: self.rotation_slope.or(other.rotation_slope),
+            noise_torque_max: self.noise_torque_max.or(other.noise_torque_max),
+            rate_noise: self.rate_noise.or(other.rate_noise),
         }
     }
 
@@ -131,6 +150,8 @@ impl WantedOptions {
             position_range: self.position_range.unwrap_or(0.2),
             attitude_range,
             phase_margin_deg: self.phase_margin_deg.unwrap_or(30.0),
+            rotation_slope: self.rotation_slope,
+            noise_torque_max: self.noise_torque_max,
         }
     }
 }
@@ -160,6 +181,10 @@ struct VehicleFile {
     rotor_lag: f64,
     #[serde(default)]
     delay: f64,
+    #[serde(default)]
+    rate_noise: f64,
+    #[serde(default)]
+    rate_filter: RateFilterConfig,
     #[serde(default)]
     wanted: WantedOptions,
 }
@@ -275,6 +300,15 @@ impl Request {
             at("thrust_max", limits.thrust_max.into(), 1e-3, 1e6, "N"),
             at("rotor_lag", self.rotors.lag, 0.0, 1.0, "s"),
             at("delay", self.rotors.delay, 0.0, 0.5, "s"),
+            at("rate_noise", self.rate_noise, 0.0, 100.0, "rad/s"),
+            at(
+                "wanted.rotation_slope",
+                wanted.rotation_slope.unwrap_or(1.0),
+                0.01,
+                100.0,
+                "times k4",
+            ),
+            at("wanted.noise_torque_max", wanted.noise_torque_max.unwrap_or(1.0), 1e-9, 1e6, "N m"),
             at("wanted.phase_margin_deg", wanted.phase_margin_deg, 1.0, 80.0, "deg"),
             at("wanted.position_bandwidth", wanted.position_bandwidth, 0.01, 100.0, "rad/s"),
             at("wanted.damping", wanted.damping, 0.1, 0.95, "of critical damping"),
@@ -291,6 +325,10 @@ impl Request {
             // The shortest decimals in the core's precision: without what widening to f64 adds.
             let [value, lower, upper] = [value, lower, upper].map(|number| number as f32);
             (path, format!("{value} must be in [{lower}, {upper}] {unit}"))
+        })
+        .or_else(|| {
+            let refused = RateFilter::new(&self.rate_filter, self.step_period).err()?;
+            Some(("rate_filter", refused.to_string()))
         })
     }
 }
@@ -331,6 +369,8 @@ fn from_vehicle(
         step_period: file.step_period,
         limits,
         rotors,
+        rate_filter: file.rate_filter,
+        rate_noise: flags.rate_noise.unwrap_or(file.rate_noise),
         wanted: options.complete(|_| DVec3::ZERO, &rotors),
         options,
     }
@@ -358,6 +398,7 @@ fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
         lag: actuation.rotor_lag.unwrap_or_default(),
         delay: actuation.delay.unwrap_or_default(),
     };
+    let noise = scenario.state_feedback.rate_body.and_then(|it| it.white_noise);
     let lasting_torque = lasting.bounds().1.min(known.disturbance_torque.as_dvec3());
     Request {
         name: format!("{}-tuned", scenario.name),
@@ -368,6 +409,8 @@ fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
         step_period: controller.step_period(),
         limits,
         rotors,
+        rate_filter: scenario.rate_filter,
+        rate_noise: flags.rate_noise.or(noise).unwrap_or_default(),
         wanted: flags.complete(|_| DVec3::ZERO, &rotors),
         options: flags,
     }
