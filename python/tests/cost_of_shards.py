@@ -1,6 +1,6 @@
 """Cost of a campaign on Ray: processor time and memory against shards and workers, as the rows of docs/how-to/cluster.md.
 
-Processor time repeats on a busy machine, where times of the clock do not. `python python/tests/cost_of_shards.py --runs 160`
+Processor time repeats on a busy machine, where times of the clock do not. Needs psutil. `python python/tests/cost_of_shards.py --runs 160`
 """
 
 from __future__ import annotations
