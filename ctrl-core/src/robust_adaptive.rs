@@ -193,8 +193,7 @@ impl RobustAdaptive {
     }
 
     /// Command behind `rotors`, and `w_a'`.
-    #[cold]
-    #[inline(never)]
+    #[inline(always)]
     fn behind(
         &self,
         rotors: &RotorLag,

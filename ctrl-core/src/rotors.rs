@@ -87,10 +87,7 @@ impl RotorLag {
     }
 
     /// Command for the demand `demand` (N m) within `limit` (N m), while `now` acts.
-    ///
-    /// Out of line, as [`after`](Self::after) is: a step without a model keeps its registers.
-    #[cold]
-    #[inline(never)]
+    #[inline(always)]
     pub fn command(&self, demand: Vec3, limit: Vec3, now: Vec3) -> Commanded {
         let wanted = now + self.lead * (demand - now);
         let torque = clip(wanted, limit);
@@ -99,8 +96,7 @@ impl RotorLag {
     }
 
     /// Torque that acts one step after `now` (N m), while `command` is held.
-    #[cold]
-    #[inline(never)]
+    #[inline(always)]
     pub fn after(&self, now: Vec3, command: Vec3) -> Vec3 {
         now + self.gained * (command - now)
     }
