@@ -45,6 +45,7 @@ mod app {
     use firmware::ground_station::{
         BYTES_PER_RELEASE, Behind, FRAMES_PER_RELEASE, GroundStation, RELEASE_EVERY,
     };
+    use firmware::navigation::OnboardNavigation;
     use firmware::parameter_store::{Found, ParameterStore};
     use firmware::pilot::Pilot;
     use firmware::rate_loop::{Due, Group};
@@ -89,6 +90,7 @@ mod app {
         received_in: Producer<'static, u8>,
         received_out: Consumer<'static, u8>,
         decoder: Decoder<Uplink>,
+        navigation: &'static mut OnboardNavigation,
         station: &'static mut GroundStation,
         mavlink_receiver: Rx<USART3>,
         mavlink_in: Producer<'static, u8>,
@@ -108,7 +110,8 @@ mod app {
                     memory: SessionMemory = SessionMemory::new(),
                     session_memory: MaybeUninit<HostSession<'static>> = MaybeUninit::uninit(),
                     inbox_memory: MaybeUninit<Inbox> = MaybeUninit::uninit(),
-                    flight_memory: MaybeUninit<FlightControl> = MaybeUninit::uninit()])]
+                    flight_memory: MaybeUninit<FlightControl> = MaybeUninit::uninit(),
+                    navigation_memory: OnboardNavigation = OnboardNavigation::new()])]
     fn init(mut cx: init::Context) -> (Shared, Local) {
         let mut thrust_max = [0.0; ROTORS];
         for (max, rotor) in thrust_max.iter_mut().zip(&VEHICLE.geometry.rotors) {
@@ -166,6 +169,7 @@ mod app {
                 received_in,
                 received_out,
                 decoder: Decoder::default(),
+                navigation: cx.local.navigation_memory,
                 station,
                 mavlink_receiver: peripherals.mavlink_receiver,
                 mavlink_in,
@@ -317,13 +321,13 @@ mod app {
         rtic::pend(Interrupt::HASH_RNG);
     }
 
-    /// Decodes frames, handles their messages, and prepares the inputs of the next tick.
+    /// Decodes frames, handles their messages, estimates the state from sensors, and prepares the inputs of the next tick.
     #[task(binds = DCMI, priority = 4, shared = [ticks, inbox, outbox, session, pilot, link],
-           local = [received_out, decoder])]
+           local = [received_out, decoder, navigation])]
     fn state_input(cx: state_input::Context) {
         let state_input::SharedResources { mut ticks, mut inbox, mut outbox, .. } = cx.shared;
         let (session, pilot, mut link) = (cx.shared.session, cx.shared.pilot, cx.shared.link);
-        let state_input::LocalResources { received_out, decoder, .. } = cx.local;
+        let state_input::LocalResources { received_out, decoder, navigation, .. } = cx.local;
         let (status, answer, safety) =
             outbox.lock(|outbox| (outbox.status, outbox.answer.take(), outbox.take_safety()));
         let (origin, lock_step_ended) =
@@ -344,12 +348,14 @@ mod app {
                     session.handle(received, status, origin);
                 }
             }
+            navigation.serve(session, status);
             if let Some(law) = session.take_law() {
                 // Without a bound that suits it, stations do not fly the vehicle: it says so itself.
                 let _ = pilot.follow(law);
                 inbox.lock(|inbox| inbox.put_law(law));
             }
-            let prepared = pilot.prepare(session, status, &safety);
+            let mut prepared = pilot.prepare(session, status, &safety);
+            navigation.shift(&mut prepared.reference);
             let health = pilot.health(session, status);
             let storing = session.is_storing();
             inbox.lock(|inbox| {

@@ -13,6 +13,10 @@ use super::{GROUPS, NAME_MAX, REGISTERS, TEXT_MAX, VERSION};
 use ctrl_core::allocation::Limited;
 use ctrl_core::controller::{Auxiliary, ControllerConfig, Estimates, StepStatus};
 use ctrl_core::error::ConfigError;
+use ctrl_core::estimator::{
+    BarometerBias, FaultLimits, InertialNoise, InertialSample, InitialDeviation, Measurement,
+    Source, SourceConfig,
+};
 use ctrl_core::mode::{Cause, Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::{CircleConfig, HoverConfig, Leg, LemniscateConfig, RisingCircleConfig};
@@ -108,6 +112,41 @@ pub enum Uplink {
         /// answer again; any other number is answered alike.
         uptime_ticks: u64,
     },
+    /// Configures the estimator aboard, part by part; only on the ground.
+    Estimator(EstimatorSetting),
+    /// State at which the estimate begins anew, and a sample of the vehicle on the ground; only there, and with the
+    /// estimator in use.
+    EstimatorStart(VehicleState),
+    /// Inertial sample of a control tick, in place of a state.
+    Inertial {
+        /// Control tick since Start.
+        tick: u64,
+        /// Means over the tick.
+        sample: InertialSample,
+    },
+    /// Measurement that arrives with the tick of the next inertial sample.
+    Measured(Measurement),
+}
+
+/// Part of the estimator's configuration. Parts are checked together, when the estimator is put to use.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum EstimatorSetting {
+    /// Noise of the inertial sensors.
+    Inertial(InertialNoise),
+    /// Deviations at the start.
+    Initial(InitialDeviation),
+    /// Direction of the Earth's magnetic field, world axes.
+    MagneticField(Vec3),
+    /// Bias of the barometer.
+    BarometerBias(BarometerBias),
+    /// One source of measurements.
+    Source(Source, SourceConfig),
+    /// Limits of faults.
+    Faults(FaultLimits),
+    /// Puts the estimator to use, with the controller's step period: from now on the vehicle flies by sensors.
+    Use,
+    /// Puts it out of use: the vehicle flies by states again.
+    Off,
 }
 
 /// From the vehicle to the host.

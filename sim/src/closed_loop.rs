@@ -15,7 +15,7 @@ use crate::observer::Observer;
 use crate::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
 use crate::plant::vehicle::{Plant, Vehicle};
 use crate::plant::{AppliedWrench, PlantState};
-use crate::sensor::Navigation;
+use crate::sensor::{Navigation, SensorSamples};
 use crate::state_source::StateSource;
 use crate::tick::Tick;
 
@@ -103,6 +103,11 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         Self { source, ..self }
     }
 
+    /// Sends the sensors' samples of every tick from now on; nothing without sensors.
+    pub fn send_samples(&mut self, receiver: std::sync::mpsc::Sender<SensorSamples>) {
+        self.source.send_samples(receiver);
+    }
+
     /// Sensors and estimator, if the flight is by them.
     #[must_use]
     pub fn navigation(&self) -> Option<&Navigation> {
@@ -136,6 +141,8 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         for _ in 0..ticks {
             let reference = self.trajectory.reference(self.tick);
             let measured = self.source.measure(self.plant.truth());
+            let mut reference = reference;
+            self.source.shift(&mut reference);
             let disturbance = self.disturbance.advance(self.plant.truth());
             let output = self.controller.step(&mut self.state, &measured, &reference);
             self.plant.command(&output.wrench);
@@ -184,6 +191,8 @@ impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         let truth = *self.plant.truth();
         let disturbance = self.disturbance.advance(&truth);
         let measured = self.source.measure(&truth);
+        let mut followed = reference;
+        self.source.shift(&mut followed);
         let mut tick = Tick {
             tick: self.tick,
             time: self.time(),
@@ -199,7 +208,7 @@ impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
             disturbance,
             evaluation: Evaluation::default(),
         };
-        self.controller.step_into(&mut self.state, &measured, &reference, &mut tick);
+        self.controller.step_into(&mut self.state, &measured, &followed, &mut tick);
         tick.applied = self.plant.command(&tick.output.wrench);
         match &mut self.evaluator {
             Some(evaluator) => tick.evaluation = evaluator.evaluate(&tick),

@@ -1,19 +1,26 @@
 //! State that the controller of a flight receives: its source, and the filter of the body rate behind it.
 
+use std::sync::mpsc::Sender;
+
 use ctrl_core::error::ConfigError;
+use ctrl_core::estimator::{RESTART_SHARE, ReferenceShift};
 use ctrl_core::filter::{RateFilter, RateFilterState};
+use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
 
 use crate::feedback::StateFeedback;
 use crate::plant::PlantState;
 use crate::scenario::Scenario;
-use crate::sensor::Navigation;
+use crate::sensor::{Navigation, SensorSamples};
 
 /// The state that the controller receives, tick by tick. The default is the plant's truth, rounded to `f32`.
 #[derive(Clone, Debug, Default)]
 pub struct StateSource {
     origin: Origin,
     rate_filter: Option<(RateFilter, RateFilterState)>,
+    /// Leads the reference back after a restart of the estimate.
+    shift: Option<ReferenceShift>,
+    step_period: f32,
 }
 
 /// Origin of the state.
@@ -50,7 +57,9 @@ impl StateSource {
         };
         let filter = RateFilter::new(&scenario.rate_filter, step_period)?;
         let filter = (!scenario.rate_filter.is_empty()).then(|| (filter, filter.initial_state()));
-        Ok(Self { origin, rate_filter: filter })
+        let limit = RESTART_SHARE * scenario.controller.reference_acceleration_max();
+        let shift = scenario.sensors.is_some().then(|| ReferenceShift::new(limit));
+        Ok(Self { origin, rate_filter: filter, shift, step_period })
     }
 
     /// The state that the controller receives at this tick. Called once per tick.
@@ -65,6 +74,22 @@ impl StateSource {
             seen.rate_body = filter.step(state, seen.rate_body);
         }
         seen
+    }
+
+    /// Shifts a reference with the restarts of the estimate. Called once per tick, after [`measure`](Self::measure).
+    #[inline]
+    pub fn shift(&mut self, reference: &mut Reference) {
+        if let (Origin::Navigation(navigation), Some(shift)) = (&self.origin, &mut self.shift) {
+            shift.advance(navigation.state().restart(), self.step_period);
+            shift.apply(reference);
+        }
+    }
+
+    /// Sends the sensors' samples of every tick from now on; nothing without sensors.
+    pub fn send_samples(&mut self, receiver: Sender<SensorSamples>) {
+        if let Origin::Navigation(navigation) = &mut self.origin {
+            navigation.send_samples(receiver);
+        }
     }
 
     /// Sensors and estimator, if they are the origin.

@@ -149,6 +149,20 @@ impl EstimatorConfig {
         }
     }
 
+    /// The configuration of one source, to change.
+    pub fn source_mut(&mut self, source: Source) -> &mut SourceConfig {
+        match source {
+            Source::Barometer => &mut self.barometer,
+            Source::Magnetometer => &mut self.magnetometer,
+            Source::GnssPosition => &mut self.gnss_position,
+            Source::GnssVelocity => &mut self.gnss_velocity,
+            Source::CapturePosition => &mut self.capture_position,
+            Source::CaptureAttitude => &mut self.capture_attitude,
+            Source::Rangefinder => &mut self.rangefinder,
+            Source::OpticalFlow => &mut self.optical_flow,
+        }
+    }
+
     /// Longest delay that a measurement may have, for slots of the history at every step up to every
     /// 255th (s).
     fn delay_max(&self) -> f32 {

@@ -23,6 +23,12 @@ struct Sums {
 }
 
 impl Sums {
+    /// All zero, without a rotation.
+    const BLANK: Self = Self {
+        displacement: [0; 3],
+        gained_velocity: [0; 3],
+        rotation: Quat::from_xyzw(0.0, 0.0, 0.0, 0.0),
+    };
     const ZERO: Self =
         Self { displacement: [0; 3], gained_velocity: [0; 3], rotation: Quat::IDENTITY };
 }
@@ -69,10 +75,24 @@ fn difference(a: [i32; 3], b: [i32; 3]) -> Vec3 {
 }
 
 impl History {
+    /// All zero: nothing is remembered before it has begun.
+    pub(super) const BLANK: Self =
+        Self { now: Sums::BLANK, slots: [Sums::BLANK; SLOTS], newest: 0, filled: 0, since: 0 };
+
     /// With the start as its only moment.
+    #[cfg(test)]
     #[must_use]
-    pub(super) const fn new() -> Self {
-        Self { now: Sums::ZERO, slots: [Sums::ZERO; SLOTS], newest: 0, filled: 1, since: 0 }
+    fn new() -> Self {
+        let mut history = Self::BLANK;
+        history.begin();
+        history
+    }
+
+    /// Forgets everything: now is the only moment.
+    pub(super) fn begin(&mut self) {
+        let [first, ..] = &mut self.slots;
+        (self.now, *first) = (Sums::ZERO, Sums::ZERO);
+        (self.newest, self.filled, self.since) = (0, 1, 0);
     }
 
     /// Adds one step: displacement, gained velocity, rotation in body axes. Every `spacing` steps it is kept.

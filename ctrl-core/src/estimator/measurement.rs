@@ -1,9 +1,12 @@
 //! Measurements, their sources and their verdicts.
 
 use glam::{Quat, Vec2, Vec3};
+#[cfg(feature = "serde")]
+use serde::{Deserialize, Serialize};
 
 /// One inertial sample: means over the step that ends now, as sensors with a matched filter give them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct InertialSample {
     /// Angular velocity in body axes (rad/s).
     pub rate_body: Vec3,
@@ -13,6 +16,7 @@ pub struct InertialSample {
 
 /// One measurement beside the inertial ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Measurement {
     /// Height above the world frame's origin (m).
     Barometer(f32),
@@ -38,6 +42,7 @@ pub enum Measurement {
 /// Origin of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Source {
     /// Barometer.
     Barometer,

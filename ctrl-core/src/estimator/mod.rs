@@ -42,6 +42,7 @@ mod health;
 pub mod history;
 mod measurement;
 mod prediction;
+mod shift;
 mod state;
 #[cfg(test)]
 mod tests;
@@ -51,6 +52,7 @@ pub use config::{
 };
 pub use health::{Fault, Health};
 pub use measurement::{InertialSample, Measurement, SOURCES, Source, Verdict};
+pub use shift::{RESTART_SHARE, ReferenceShift};
 pub use state::{Estimate, EstimatorState, Restart, Validity};
 
 use glam::{Quat, Vec2, Vec3};
@@ -59,8 +61,7 @@ use crate::error::ConfigError;
 use crate::rotation::renormalised;
 use crate::sqrt::sqrt;
 use crate::vehicle::VehicleState;
-use covariance::{ATTITUDE, Covariance, POSITION, VELOCITY};
-use history::History;
+use covariance::{ATTITUDE, POSITION, VELOCITY};
 
 /// Time without a usable inertial sample after which rates are no longer valid (s).
 const INERTIAL_TIMEOUT: f32 = 0.02;
@@ -125,33 +126,40 @@ impl Estimator {
     /// not finite or out of range is taken as zero.
     #[must_use]
     pub fn start(&self, vehicle: &VehicleState) -> EstimatorState {
+        let mut state = EstimatorState::BLANK;
+        self.start_in(&mut state, vehicle);
+        state
+    }
+
+    /// As [`start`](Self::start), in place: a state is kilobytes.
+    pub fn start_in(&self, state: &mut EstimatorState, vehicle: &VehicleState) {
         let within = |x: Vec3, limit: f32| {
             let good = x.to_array().iter().all(|x| x.abs() <= limit);
             if good { x } else { Vec3::ZERO }
         };
         let rate_body = within(vehicle.rate_body, prediction::RATE_MAX);
-        EstimatorState {
-            position_world: within(vehicle.position_world, prediction::STATE_MAX),
-            velocity_world: within(vehicle.velocity_world, prediction::STATE_MAX),
-            attitude: renormalised(vehicle.attitude).unwrap_or(Quat::IDENTITY),
-            gyro_bias: Vec3::ZERO,
-            accelerometer_bias: Vec3::ZERO,
-            barometer_bias: 0.0,
-            rate_body,
-            motion: [Vec3::ZERO; 2],
-            held: InertialSample {
-                rate_body,
-                specific_force_body: crate::vehicle::GRAVITY * Vec3::Z,
-            },
-            covariance: Covariance::diagonal(&self.config.initial_variances()),
-            history: History::new(),
-            inertial: Health::NEW,
-            sources: [Health::NEW; SOURCES.len()],
-            step: 0,
-            turn: 0,
-            restart: Restart::default(),
-            covariance_restarts: 0,
-        }
+        state.position_world = within(vehicle.position_world, prediction::STATE_MAX);
+        state.velocity_world = within(vehicle.velocity_world, prediction::STATE_MAX);
+        state.attitude = renormalised(vehicle.attitude).unwrap_or(Quat::IDENTITY);
+        (state.gyro_bias, state.accelerometer_bias) = (Vec3::ZERO, Vec3::ZERO);
+        state.barometer_bias = 0.0;
+        state.rate_body = rate_body;
+        state.motion = [Vec3::ZERO; 2];
+        let specific_force_body = crate::vehicle::GRAVITY * Vec3::Z;
+        state.held = InertialSample { rate_body, specific_force_body };
+        state.covariance.set_diagonal(&self.config.initial_variances());
+        state.history.begin();
+        state.inertial = Health::NEW;
+        state.sources = [Health::NEW; SOURCES.len()];
+        (state.step, state.turn) = (0, 0);
+        state.restart = Restart::default();
+        state.covariance_restarts = 0;
+    }
+
+    /// Time between predictions (s).
+    #[must_use]
+    pub fn step_period(&self) -> f32 {
+        self.config.step_period
     }
 
     /// The estimate with its validity, ages, faults and deviations.

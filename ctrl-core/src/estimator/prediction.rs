@@ -2,7 +2,7 @@
 
 use glam::{Mat3, Quat, Vec3};
 
-use super::covariance::{ACCELEROMETER_BIAS, ATTITUDE, Covariance, GYRO_BIAS, Jacobian, VELOCITY};
+use super::covariance::{ACCELEROMETER_BIAS, ATTITUDE, GYRO_BIAS, Jacobian, VELOCITY};
 use super::measurement::InertialSample;
 use super::state::EstimatorState;
 use super::{Estimator, Restart};
@@ -114,7 +114,7 @@ impl Estimator {
     /// The covariance of the start, which announces itself by its deviations.
     #[inline(never)]
     fn restart_covariance(&self, state: &mut EstimatorState) {
-        state.covariance = Covariance::diagonal(&self.config.initial_variances());
+        state.covariance.set_diagonal(&self.config.initial_variances());
         state.covariance_restarts = state.covariance_restarts.saturating_add(1);
     }
 }

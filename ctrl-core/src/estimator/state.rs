@@ -6,7 +6,7 @@ use glam::{Quat, Vec3};
 use super::covariance::{Covariance, STATES};
 use super::health::{Fault, Health};
 use super::history::History;
-use super::measurement::SOURCES;
+use super::measurement::{InertialSample, SOURCES};
 use crate::vehicle::VehicleState;
 
 bitflags! {
@@ -48,7 +48,7 @@ pub struct EstimatorState {
     pub(super) rate_body: Vec3,
     /// Rate and specific force beside gravity, body axes, without what is faster than the motion's time.
     pub(super) motion: [Vec3; 2],
-    pub(super) held: super::InertialSample,
+    pub(super) held: InertialSample,
     pub(super) covariance: Covariance,
     pub(super) history: History,
     pub(super) inertial: Health,
@@ -62,6 +62,27 @@ pub struct EstimatorState {
 }
 
 impl EstimatorState {
+    /// All zero, for a static that [`Estimator::start_in`](super::Estimator::start_in) fills: no estimate before.
+    pub const BLANK: Self = Self {
+        position_world: Vec3::ZERO,
+        velocity_world: Vec3::ZERO,
+        attitude: Quat::from_xyzw(0.0, 0.0, 0.0, 0.0),
+        gyro_bias: Vec3::ZERO,
+        accelerometer_bias: Vec3::ZERO,
+        barometer_bias: 0.0,
+        rate_body: Vec3::ZERO,
+        motion: [Vec3::ZERO; 2],
+        held: InertialSample { rate_body: Vec3::ZERO, specific_force_body: Vec3::ZERO },
+        covariance: Covariance::BLANK,
+        history: History::BLANK,
+        inertial: Health::NEW,
+        sources: [Health::NEW; SOURCES.len()],
+        step: 0,
+        turn: 0,
+        restart: Restart { count: 0, position_shift_world: Vec3::ZERO },
+        covariance_restarts: 0,
+    };
+
     /// What the controllers take.
     #[inline(always)]
     #[must_use]
@@ -90,6 +111,12 @@ impl EstimatorState {
     #[must_use]
     pub fn barometer_bias(&self) -> f32 {
         self.barometer_bias
+    }
+
+    /// Restarts of position and velocity.
+    #[must_use]
+    pub fn restart(&self) -> &Restart {
+        &self.restart
     }
 
     /// Covariance of the error: truth less estimate, the attitude's as a rotation vector in world axes.

@@ -5,6 +5,7 @@
 //! state-input group, never in the control group.
 
 mod commands;
+mod estimator;
 mod parameters;
 mod storage;
 mod trajectories;
@@ -13,6 +14,7 @@ use core::mem::MaybeUninit;
 
 use ctrl_core::controller::{AdaptiveController, AnyController, TrackingController};
 use ctrl_core::error::ConfigError;
+use ctrl_core::estimator::EstimatorConfig;
 use ctrl_core::mode::Command;
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::{CheckedTrajectory, TrajectoryConfig};
@@ -27,6 +29,7 @@ use crate::evidence::append;
 use crate::exchange::{ControlStatus, PreparedInputs};
 use crate::reference_source::ReferenceSource;
 use crate::scenario::Tuning;
+use crate::sensor::HostSensors;
 use crate::state_sample::{ArrivedState, StateSample, TickOrder};
 use crate::tick_source::{LockStepRequest, TickOrigin};
 use crate::vehicle::{LinkConfig, VehicleConfig};
@@ -124,6 +127,13 @@ pub struct HostSession<'a> {
     in_force: ParametersInForce,
     storage: Option<Storage>,
     lock_step_request: Option<LockStepRequest>,
+    /// The estimator's configuration as the host has sent it, and whether it is in use.
+    estimator: EstimatorConfig,
+    by_sensors: bool,
+    estimator_changed: bool,
+    sensors: HostSensors,
+    /// Tick of the latest inertial sample.
+    inertial_tick: u64,
     /// A command of the pilot's is on its way.
     piloted: bool,
     /// Uptime of the latest message.
@@ -196,6 +206,11 @@ impl<'a> HostSession<'a> {
             in_force,
             storage: None,
             lock_step_request: None,
+            estimator: EstimatorConfig::EXAMPLE,
+            by_sensors: false,
+            estimator_changed: false,
+            sensors: HostSensors::NONE,
+            inertial_tick: 0,
             piloted: false,
             heard: 0,
             fault,
@@ -236,6 +251,9 @@ impl<'a> HostSession<'a> {
             Uplink::State { .. } | Uplink::Reference { .. } => {
                 return self.receive(message, status);
             }
+            Uplink::EstimatorStart(_) | Uplink::Inertial { .. } | Uplink::Measured(_) => {
+                return self.sense(message, status);
+            }
             Uplink::Hello => return self.handshake(status),
             Uplink::ParameterAt { .. } | Uplink::ParameterRead { .. } => {
                 match self.read_parameter(message) {
@@ -267,6 +285,8 @@ impl<'a> HostSession<'a> {
     fn receive(&mut self, message: &Uplink, status: ControlStatus) {
         let ControlStatus { flight_tick, uptime, .. } = status;
         match message {
+            // By sensors, a state from outside is no sample.
+            Uplink::State { .. } if self.by_sensors => {}
             Uplink::State { tick, state } if self.state_order.accept(*tick, flight_tick) => {
                 self.arrived = Some(ArrivedState { state: *state, uptime });
             }
@@ -311,6 +331,7 @@ impl<'a> HostSession<'a> {
             }
             Uplink::PathLeg { index, leg } => Ok(self.memory.upload.leg(*index, *leg)?),
             Uplink::ParameterWrite { name, value } => self.write_parameter(name, *value),
+            Uplink::Estimator(setting) => self.set_estimator(setting),
             _ => Err(Rejection::Unsupported),
         }
     }

@@ -119,6 +119,12 @@ fn numbers_of_messages_modes_and_commands() {
     numbered(variant(&Uplink::ParametersForget), "ParametersForget");
     numbered(variant(&Uplink::LockStep(true)), "LockStep");
     numbered(variant(&Uplink::Step { uptime_ticks: 0 }), "Step");
+    numbered(variant(&Uplink::Estimator(EstimatorSetting::Use)), "Estimator");
+    numbered(variant(&Uplink::EstimatorStart(VehicleState::at_rest(Vec3::ONE))), "EstimatorStart");
+    let sample = ctrl_core::estimator::InertialSample::default();
+    numbered(variant(&Uplink::Inertial { tick: 0, sample }), "Inertial");
+    let height = ctrl_core::estimator::Measurement::Barometer(0.0);
+    numbered(variant(&Uplink::Measured(height)), "Measured");
     numbered(variant(&Downlink::Stepped { uptime_ticks: 0 }), "Stepped");
     let value = ParameterValue { index: 0, count: 0, name: name(), value: 0.0 };
     let obeyed = Acknowledgement { sequence: 1, result: Ok(()) };

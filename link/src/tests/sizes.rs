@@ -3,6 +3,7 @@
 use super::*;
 use ctrl_core::allocation::Limited;
 use ctrl_core::controller::{Auxiliary, Estimates, StepStatus};
+use ctrl_core::estimator::{EstimatorConfig, FaultLimits, InertialSample, Measurement, Source};
 use ctrl_core::mode::{Cause, Command, Mode};
 use ctrl_core::trajectory::{
     CircleConfig, Heading, HoverConfig, Leg, LemniscateConfig, RisingCircleConfig,
@@ -34,6 +35,8 @@ fn longest_uplink_messages() {
         heading: Heading::Yaw(1.0),
     };
     let select = Uplink::SelectTrajectory;
+    let estimator = EstimatorConfig::EXAMPLE;
+    let faults = FaultLimits { rejections: u16::MAX, repetitions: u16::MAX, ..estimator.faults };
     let name = text::<NAME_MAX>();
     for (message, bytes) in [
         (Uplink::Hello, 1),
@@ -78,6 +81,16 @@ fn longest_uplink_messages() {
         (Uplink::ParametersForget, 1),
         (Uplink::LockStep(true), 2),
         (Uplink::Step { uptime_ticks: u64::MAX }, 11),
+        (Uplink::Estimator(EstimatorSetting::Inertial(estimator.inertial)), 26),
+        (Uplink::Estimator(EstimatorSetting::Initial(estimator.initial)), 26),
+        (Uplink::Estimator(EstimatorSetting::MagneticField(Vec3::ONE)), 14),
+        (Uplink::Estimator(EstimatorSetting::BarometerBias(estimator.barometer_bias)), 10),
+        (Uplink::Estimator(EstimatorSetting::Source(Source::OpticalFlow, estimator.barometer)), 19),
+        (Uplink::Estimator(EstimatorSetting::Faults(faults)), 28),
+        (Uplink::Estimator(EstimatorSetting::Use), 2),
+        (Uplink::EstimatorStart(state), 53),
+        (Uplink::Inertial { tick: u64::MAX, sample: InertialSample::default() }, 35),
+        (Uplink::Measured(Measurement::CaptureAttitude(Quat::IDENTITY)), 18),
     ] {
         assert_eq!(length(&message), bytes, "{message:?}");
     }

@@ -42,6 +42,8 @@ pub enum PilError {
         /// Of the scenario.
         scenario: f32,
     },
+    /// The inertial samples are rarer than the control ticks: the image takes one in each.
+    SlowSensors,
     /// The vehicle stopped flying.
     NotFlying {
         /// Control ticks since the start.
@@ -92,6 +94,10 @@ impl fmt::Display for PilError {
                 "the image steps every {image} s, the scenario every {scenario} s; build the image \
                  with GYRFALCON_CONTROL_RATE={}",
                 (1.0 / scenario).round()
+            ),
+            Self::SlowSensors => out.write_str(
+                "sensors.imu: its samples are rarer than the control ticks, and the image takes one in each; \
+                 choose a rate of the control loop's or above",
             ),
             Self::NotFlying { tick, mode, cause } => {
                 write!(out, "the vehicle is {mode:?} at tick {tick}, cause {cause:?}")

@@ -127,10 +127,16 @@ pub fn fly<O: Observer>(
     let refusal = |error| loaded.refusal(&error);
     let law = scenario.controller.build().map_err(refusal)?;
     let cost_unit = session.cost_unit();
-    let in_flight = RefCell::new(InFlight::new(session));
+    let (sender, samples) = std::sync::mpsc::channel();
+    let in_flight = InFlight::new(session);
+    let in_flight = RefCell::new(match &scenario.sensors {
+        Some(_) => in_flight.by_sensors(samples),
+        None => in_flight,
+    });
     let vehicle = OnVehicle { law, flight: &in_flight };
     let mut flight =
         flight_with(vehicle, scenario).map_err(refusal)?.with_evaluator(scenario.evaluator());
+    flight.send_samples(sender);
     let ticks = scenario.ticks();
     let chunk = ticks.div_ceil(UPDATES).max(1);
     for tick in 0..ticks {

@@ -1,6 +1,7 @@
 //! A controller that is the vehicle, so that SIL's closed loop flies it.
 
 use std::cell::RefCell;
+use std::sync::mpsc::Receiver;
 
 use ctrl_core::controller::{
     AdaptiveController, Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput,
@@ -11,6 +12,7 @@ use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{VehicleState, WrenchBounds};
 use glam::Quat;
 use link::{Downlink, Telemetry, Uplink};
+use sim::sensor::SensorSamples;
 
 use super::PilError;
 use super::comparison::{Difference, Step, first_difference};
@@ -24,6 +26,8 @@ const UNRECEIVED_MAX: u64 = 100;
 #[derive(Debug)]
 pub struct InFlight<'a> {
     session: &'a mut VehicleSession,
+    /// Samples of the sensors of each tick, for a vehicle that flies by them.
+    samples: Option<Receiver<SensorSamples>>,
     /// Ticks in a row of which no telemetry has arrived.
     unreceived: u64,
     /// Control ticks flown.
@@ -40,18 +44,39 @@ impl<'a> InFlight<'a> {
     /// About to start; the vehicle is armed, with the scenario's controller and trajectory.
     pub fn new(session: &'a mut VehicleSession) -> Self {
         let cost = StepCost::default();
-        Self { session, unreceived: 0, ticks: 0, failure: None, difference: None, cost }
+        let samples = None;
+        Self { session, samples, unreceived: 0, ticks: 0, failure: None, difference: None, cost }
+    }
+
+    /// The vehicle flies by sensors, whose samples of each tick come from `samples`.
+    #[must_use]
+    pub fn by_sensors(self, samples: Receiver<SensorSamples>) -> Self {
+        Self { samples: Some(samples), ..self }
+    }
+
+    /// The messages of this tick: the state, or what the sensors gave.
+    fn messages(&self, vehicle: &VehicleState) -> Vec<Uplink> {
+        let tick = self.ticks;
+        let Some(samples) = &self.samples else {
+            return vec![Uplink::State { tick, state: *vehicle }];
+        };
+        let SensorSamples { start, inertial, measurements } =
+            samples.try_recv().unwrap_or_default();
+        let start = start.map(Uplink::EstimatorStart);
+        let inertial = inertial.map(|sample| Uplink::Inertial { tick, sample });
+        let measured = measurements.into_iter().map(Uplink::Measured);
+        // The inertial sample last: with it the tick's frame is complete.
+        start.into_iter().chain(measured).chain(inertial).collect()
     }
 
     /// One control tick with the sample `vehicle`; the first one starts the flight. Nothing if its
     /// telemetry was lost on a line that damages frames.
     fn step(&mut self, vehicle: &VehicleState) -> Result<Option<Telemetry>, PilError> {
-        let sample = Uplink::State { tick: self.ticks, state: *vehicle };
-        let received = if self.ticks == 0 {
-            self.session.send(&[sample, Uplink::Command(Command::Start)])?
-        } else {
-            self.session.send(&[sample])?
-        };
+        let mut messages = self.messages(vehicle);
+        if self.ticks == 0 {
+            messages.push(Uplink::Command(Command::Start));
+        }
+        let received = self.session.send(&messages)?;
         let telemetry = if self.session.is_lossy() {
             self.of_this_tick(&received)?
         } else {

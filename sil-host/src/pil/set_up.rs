@@ -3,11 +3,12 @@
 use ctrl_core::mode::Command;
 use ctrl_core::trajectory::{TrajectoryConfig, WaypointPathConfig};
 use ctrl_core::vehicle::VehicleState;
-use link::{ControllerKind, Parameters, TrajectorySelection, Uplink};
+use link::{ControllerKind, EstimatorSetting, Parameters, TrajectorySelection, Uplink};
 
 use super::PilError;
 use super::session::VehicleSession;
 use ctrl_core::controller::ControllerConfig;
+use ctrl_core::estimator::SOURCES;
 use sim::scenario::Scenario;
 
 /// Ticks of good samples before arming, more than the vehicle asks for.
@@ -23,6 +24,7 @@ pub fn set_up(session: &mut VehicleSession, scenario: &Scenario) -> Result<Vehic
     let stream = Uplink::SelectTrajectory(TrajectorySelection::Stream);
     session.expect_ok("to follow a stream", stream, state)?;
     select_controller(session, &scenario.controller, state)?;
+    configure_estimator(session, scenario, state)?;
     arm(session, scenario, state)
 }
 
@@ -63,12 +65,40 @@ fn arm(
     state: VehicleState,
 ) -> Result<VehicleState, PilError> {
     select_trajectory(session, &scenario.trajectory, state)?;
-    let sample = Uplink::State { tick: 0, state };
+    let sample = session.on_ground(state);
     for _ in 0..FRESH_TICKS {
         session.tick(std::slice::from_ref(&sample))?;
     }
     session.expect_ok("to arm", Uplink::Command(Command::Arm), state)?;
     Ok(state)
+}
+
+/// Puts the estimator aboard to use with what the scenario's sensors are known for.
+fn configure_estimator(
+    session: &mut VehicleSession,
+    scenario: &Scenario,
+    state: VehicleState,
+) -> Result<(), PilError> {
+    let Some(sensors) = &scenario.sensors else { return Ok(()) };
+    let tick = f64::from(scenario.controller.step_period());
+    if sensors.imu().ticks_per_sample(tick) != 1 {
+        return Err(PilError::SlowSensors);
+    }
+    let config = sensors.estimator(tick);
+    let mut settings = vec![
+        EstimatorSetting::Inertial(config.inertial),
+        EstimatorSetting::Initial(config.initial),
+        EstimatorSetting::MagneticField(config.magnetic_field_world),
+        EstimatorSetting::BarometerBias(config.barometer_bias),
+        EstimatorSetting::Faults(config.faults),
+    ];
+    settings.extend(SOURCES.map(|it| EstimatorSetting::Source(it, *config.source(it))));
+    settings.push(EstimatorSetting::Use);
+    for setting in settings {
+        session.expect_ok("the estimator", Uplink::Estimator(setting), state)?;
+    }
+    session.fly_by_sensors();
+    Ok(())
 }
 
 fn select_controller(

@@ -31,5 +31,5 @@ pub use config::{
     BarometerChoice, CaptureChoice, FlowChoice, GnssChoice, ImuChoice, MagnetometerChoice,
     RangefinderChoice, SensorsConfig,
 };
-pub use navigation::{ErrorState, Innovations, Navigation};
+pub use navigation::{ErrorState, Innovations, Navigation, SensorSamples};
 pub use preset::{PRESETS, SensorPreset};

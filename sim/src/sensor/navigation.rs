@@ -1,5 +1,7 @@
 //! Flight by sensors: they see the plant, the estimator sees them, and the controller gets its estimate.
 
+use std::sync::mpsc::Sender;
+
 use crate::norm::{Norm, rotation_about};
 use ctrl_core::error::ConfigError;
 use ctrl_core::estimator::covariance::STATES;
@@ -45,6 +47,17 @@ impl Innovations {
     }
 }
 
+/// What the sensors gave at one tick, as the estimator took it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SensorSamples {
+    /// State at which the estimate begins: at the first tick.
+    pub start: Option<VehicleState>,
+    /// Inertial sample.
+    pub inertial: Option<InertialSample>,
+    /// Measurements, in their order.
+    pub measurements: Vec<Measurement>,
+}
+
 /// Errors of an estimate, truth less estimate, in the order of the estimator's states.
 pub type ErrorState = [f64; STATES];
 
@@ -61,6 +74,10 @@ pub struct Navigation {
     rangefinder: Option<Rangefinder>,
     flow: Option<Flow>,
     faults: Faults,
+    /// State at which the estimate began.
+    start: VehicleState,
+    /// Receives the samples of every tick.
+    samples: Option<Sender<SensorSamples>>,
     /// Last inertial sample.
     inertial: InertialSample,
     period: f64,
@@ -81,7 +98,8 @@ impl Navigation {
         truth: &PlantState,
     ) -> Result<Self, ConfigError> {
         let estimator = Estimator::new(&config.estimator(tick))?;
-        let state = estimator.start(&started(&estimator, truth, seed));
+        let start = started(&estimator, truth, seed);
+        let state = estimator.start(&start);
         let imu = Imu::new(&config.imu(), seed, tick);
         Ok(Self {
             estimator,
@@ -97,6 +115,8 @@ impl Navigation {
             rangefinder: config.rangefinder().map(|it| Rangefinder::new(&it, seed, tick)),
             flow: config.flow().map(|it| Flow::new(&it, seed, tick)),
             faults: Faults::new(&config.faults),
+            start,
+            samples: None,
             inertial: InertialSample::default(),
             period: tick,
             tick: 0,
@@ -107,19 +127,32 @@ impl Navigation {
 
     /// Takes what the sensors give at this tick; returns what the controller gets. Called once per tick.
     pub fn measure(&mut self, truth: &PlantState) -> VehicleState {
+        let mut samples = SensorSamples::default();
         if self.tick > 0 {
-            if let Some(sample) = self.imu.advance(&self.before, truth) {
+            samples.inertial = self.imu.advance(&self.before, truth);
+            if let Some(sample) = samples.inertial {
                 self.estimator.predict(&mut self.state, &sample);
                 self.inertial = sample;
             }
-            self.correct(truth);
+            self.correct(truth, &mut samples.measurements);
+        } else {
+            samples.start = Some(self.start);
+        }
+        if let Some(receiver) = &self.samples {
+            // Nobody may listen any more.
+            let _ = receiver.send(samples);
         }
         self.before = *truth;
         self.tick += 1;
         self.state.vehicle()
     }
 
-    fn correct(&mut self, truth: &PlantState) {
+    /// Sends the samples of every tick from now on.
+    pub fn send_samples(&mut self, receiver: Sender<SensorSamples>) {
+        self.samples = Some(receiver);
+    }
+
+    fn correct(&mut self, truth: &PlantState, taken: &mut Vec<Measurement>) {
         let tick = self.tick;
         let height =
             self.barometer.as_mut().and_then(|it| it.advance(tick, truth.position_world.z));
@@ -142,6 +175,9 @@ impl Navigation {
         let time = tick as f64 * self.period;
         for measurement in measurements.into_iter().flatten() {
             let Some(measurement) = self.faults.apply(time, measurement) else { continue };
+            if self.samples.is_some() {
+                taken.push(measurement);
+            }
             let sums = &mut self.innovations[measurement.source() as usize];
             match self.estimator.correct(&mut self.state, &measurement) {
                 Verdict::Accepted { normalised, components } => {

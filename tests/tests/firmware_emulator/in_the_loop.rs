@@ -63,6 +63,27 @@ fn gains_seed_and_trajectory_of_other_scenarios_reach_the_vehicle() {
 }
 
 #[test]
+fn the_image_flies_by_sensors_as_in_sil_to_the_bit() {
+    assert_flies_as_in_sil("sensors-indoors", &["duration=3"]);
+    assert_flies_as_in_sil("sensors-outdoors", &["duration=3", "seed=3"]);
+    assert_flies_as_in_sil("sensors-near-ground", &["duration=3"]);
+}
+
+/// A pose that stands aside for a while is believed in the end, twice: the reference follows both restarts.
+#[test]
+fn restarts_of_the_estimate_are_the_same_aboard() {
+    let fault = "sensors.faults=[{ sensor = \"capture\", kind = { jumping = 1.0 }, start = 1.0, \
+                 duration = 1.5 }]";
+    let changes = ["duration=4", fault];
+    let loaded =
+        LoadedScenario::open("sensors-indoors", &changes.map(ToString::to_string)).unwrap();
+    let mut flight = loaded.flight().unwrap();
+    flight.advance(loaded.scenario().ticks());
+    assert!(flight.navigation().unwrap().state().restart().count >= 2);
+    assert_flies_as_in_sil("sensors-indoors", &changes);
+}
+
+#[test]
 fn a_difference_names_the_first_tick_and_number() {
     let changes = ["duration=0.1".to_owned()];
     let loaded = LoadedScenario::open("paper-saturated", &changes).unwrap();

@@ -61,17 +61,27 @@ pub struct Covariance {
 }
 
 impl Covariance {
+    /// All zero: no covariance before it is set.
+    pub(super) const BLANK: Self = Self { u: [[0.0; STATES]; STATES], d: [0.0; STATES] };
+
     /// Diagonal, with these variances; what is no positive number becomes the smallest one.
     #[must_use]
     pub fn diagonal(variances: &[f32; STATES]) -> Self {
-        let mut new = Self { u: [[0.0; STATES]; STATES], d: [FLOOR; STATES] };
-        for (j, column) in new.u.iter_mut().enumerate() {
+        let mut new = Self::BLANK;
+        new.set_diagonal(variances);
+        new
+    }
+
+    /// Becomes [`diagonal`](Self::diagonal), in place.
+    #[inline(never)]
+    pub fn set_diagonal(&mut self, variances: &[f32; STATES]) {
+        for (j, column) in self.u.iter_mut().enumerate() {
+            *column = [0.0; STATES];
             column[j] = 1.0;
         }
-        for (d, variance) in new.d.iter_mut().zip(variances) {
+        for (d, variance) in self.d.iter_mut().zip(variances) {
             *d = floored(*variance);
         }
-        new
     }
 
     /// `P = F P F^T`.

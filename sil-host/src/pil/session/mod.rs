@@ -40,6 +40,8 @@ pub struct VehicleSession {
     recording: Option<Recording>,
     to_vehicle: Option<LinkFaults>,
     from_vehicle: Option<LinkFaults>,
+    /// The vehicle estimates its state from sensors.
+    by_sensors: bool,
 }
 
 impl VehicleSession {
@@ -111,6 +113,7 @@ impl VehicleSession {
             recording,
             to_vehicle: None,
             from_vehicle: None,
+            by_sensors: false,
         }
     }
 
@@ -149,7 +152,25 @@ impl VehicleSession {
 
     /// A state sample of the same tick as the latest.
     fn repeated(&self, state: VehicleState) -> Uplink {
+        if self.by_sensors {
+            return Uplink::EstimatorStart(state);
+        }
         Uplink::State { tick: self.latest_tick, state }
+    }
+
+    /// A sample of the vehicle on the ground.
+    #[must_use]
+    pub fn on_ground(&self, state: VehicleState) -> Uplink {
+        if self.by_sensors {
+            Uplink::EstimatorStart(state)
+        } else {
+            Uplink::State { tick: 0, state }
+        }
+    }
+
+    /// From now on the vehicle estimates its state from sensors.
+    pub fn fly_by_sensors(&mut self) {
+        self.by_sensors = true;
     }
 
     /// Sends a message and, at each release, a state, until the message is acknowledged.
