@@ -193,6 +193,7 @@ def tune_gains(
     rate_noise: float | None = None,
     noise_torque_max: float | None = None,
     rotation_slope: float | None = None,
+    return_speed: float | None = None,
     fly_check: bool = True,
     progress: Callable[[int, int, int], object] | None = None,
 ) -> tuple[str, str, str]: ...

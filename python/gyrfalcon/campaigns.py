@@ -187,6 +187,7 @@ def tune(
     rate_noise: float | None = None,
     noise_torque_max: float | None = None,
     rotation_slope: float | None = None,
+    return_speed: float | None = None,
     check: bool = True,
     progress: Progress | bool | None = None,
 ) -> Proposal:
@@ -203,6 +204,7 @@ def tune(
         rate_noise: standard deviation of white noise of the body rate at every tick (rad/s).
         noise_torque_max: most torque that this noise may make, root mean square over all axes (N m).
         rotation_slope: slope of the rotational smooth sign at zero, as a multiple of k4.
+        return_speed: least speed of return from far away on any axis (m/s).
         check: fly a small campaign over the corners of the vehicle.
         progress: called with the runs of the check that are flown and the runs in all; True shows a bar.
 
@@ -223,6 +225,7 @@ def tune(
         rate_noise=rate_noise,
         noise_torque_max=noise_torque_max,
         rotation_slope=rotation_slope,
+        return_speed=return_speed,
         fly_check=check,
         progress=reporter(progress, "check"),
     )

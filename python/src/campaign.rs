@@ -217,7 +217,8 @@ pub fn built_in_campaigns() -> Vec<&'static str> {
 #[pyo3(signature = (
     vehicle, *, position_bandwidth = None, attitude_bandwidth = None, heading_bandwidth = None,
     damping = None, margin = None, position_range = None, attitude_range = None, phase_margin = None,
-    rate_noise = None, noise_torque_max = None, rotation_slope = None, fly_check = true, progress = None
+    rate_noise = None, noise_torque_max = None, rotation_slope = None, return_speed = None,
+    fly_check = true, progress = None
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub fn tune_gains(
@@ -234,6 +235,7 @@ pub fn tune_gains(
     rate_noise: Option<f64>,
     noise_torque_max: Option<f64>,
     rotation_slope: Option<f64>,
+    return_speed: Option<f64>,
     fly_check: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<(String, String, String)> {
@@ -249,6 +251,7 @@ pub fn tune_gains(
         rotation_slope,
         noise_torque_max,
         rate_noise,
+        return_speed,
     };
     let counter = Arc::new(Counter::default());
     let flying = Arc::clone(&counter);

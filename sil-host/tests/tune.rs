@@ -17,6 +17,7 @@ use sil_host::tune::hover::Hover;
 use sil_host::tune::margin::{Rotors, margins_at};
 use sil_host::tune::proposal::Proposal;
 use sil_host::tune::request::{Request, WantedOptions};
+use sil_host::tune::returning::{return_speeds, settling_times};
 use sil_host::tune::survey::{Which, nominal};
 use sim::guarantee::tracking::rotation_angle;
 use sim::guarantee::{Guarantees, Requirement};
@@ -404,6 +405,58 @@ fn flights_ring_beyond_the_predicted_lag_and_not_before() {
     }
 }
 
+/// Time (s) from which on a calm flight that starts `offset` (m) away stays within half a metre.
+fn returned(proposal: &Proposal, offset: DVec3) -> f64 {
+    let position = (DVec3::new(0.0, 0.0, 5.0) + offset).to_array();
+    let initial = proposal.request.initial;
+    let changes = [
+        "duration=60".to_owned(),
+        format!("vehicle.mass={:?}", initial.mass),
+        format!("initial.position={position:?}"),
+        "disturbance.noise.acceleration=0".to_owned(),
+        "disturbance.noise.torque=0".to_owned(),
+    ];
+    let loaded = LoadedScenario::parse("return", &proposal.scenario(), &changes);
+    let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+    let mut outside = 0.0;
+    let mut each_tick = EachTick(|tick: &Tick| {
+        if tick.position_error().length() > 0.5 {
+            outside = tick.time;
+        }
+    });
+    loaded.flight().expect("flies").observe(loaded.scenario().ticks(), &mut each_tick);
+    outside
+}
+
+/// A vehicle comes back from far away as fast as it was asked to and as was predicted.
+#[test]
+fn a_speed_of_return_is_met_and_flown() {
+    let asked = |speed: f64| {
+        let wanted = WantedOptions { return_speed: Some(speed), ..WantedOptions::default() };
+        Request::parse("small.toml", example_of_the_documentation(), wanted).expect("valid")
+    };
+    let mut latest = f64::INFINITY;
+    // A quarter: an overshoot that just touches half a metre is outside in one of both only.
+    for speed in [0.0, 1.0] {
+        let proposal = Proposal::new(asked(speed)).expect("feasible");
+        assert_as_wanted(&proposal);
+        assert!(return_speeds(&proposal.law).iter().all(|&it| it >= speed));
+        let predicted = settling_times(&proposal.law, 10.0);
+        let flown = [DVec3::X, DVec3::Z].map(|axis| returned(&proposal, 10.0 * axis));
+        println!("{speed} m/s: {predicted:?} s predicted, {flown:?} s flown");
+        for axis in 0..2 {
+            assert!((flown[axis] / predicted[axis] - 1.0).abs() < 0.25, "{predicted:?} {flown:?}");
+        }
+        assert!(flown[1] < 0.8 * latest, "{flown:?} s, {latest} s before");
+        latest = flown[1];
+    }
+    let message = Proposal::new(asked(3.0)).expect_err("too fast").to_string();
+    let bandwidth = remedy(&message, "wanted.position_bandwidth <= ");
+    let mut slower = asked(3.0);
+    slower.options.position_bandwidth = Some(bandwidth.parse().expect("a number"));
+    assert!(Proposal::new(slower.completed()).is_ok(), "{message}");
+}
+
 /// Gains for slow rotors keep their phase margin and fly the check behind them; where none do, the refusal names
 /// a bandwidth that does.
 #[test]
@@ -465,12 +518,17 @@ fn values_out_of_range_name_line_key_and_bound() {
     assert!(message.contains("did you mean `torque_max`"), "{message}");
 }
 
+/// The vehicle file of `docs/tune.md`.
+fn example_of_the_documentation() -> &'static str {
+    let page = include_str!("../../docs/tune.md");
+    let (_, example) = page.split_once("```toml\n").expect("an example");
+    example.split_once("```").expect("its end").0
+}
+
 /// The vehicle file of `docs/tune.md`, whose `lasting_torque` is all of its `disturbance_torque`.
 #[test]
 fn the_example_of_the_documentation_gets_gains() {
-    let page = include_str!("../../docs/tune.md");
-    let (_, example) = page.split_once("```toml\n").expect("an example");
-    let (example, _) = example.split_once("```").expect("its end");
+    let example = example_of_the_documentation();
     let proposal = proposal(example);
     assert_eq!(proposal.request.name, "small");
     assert_eq!(proposal.request.lasting_torque, DVec3::splat(f64::from(2e-4_f32)));

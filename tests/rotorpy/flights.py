@@ -84,6 +84,8 @@ class Case:
     """Roll angle at the start."""
     torque_max: float = math.inf
     """Limit of each component of the commanded torque (N m); `tune` is told for controller 2, the others are cut."""
+    lead: bool = False
+    """Whether our laws are given the lag of the rotors, with a lead filter to a quarter of it."""
     attitude_bandwidth: float | None = None
     """In place of that of `WANTED` (rad/s)."""
     duration: float = 8.0
@@ -101,6 +103,7 @@ CASES = [
     Case("circle, rotors of 50 ms", lag=0.05),
     Case("circle, rotors of 20 ms", lag=0.02),
     Case("circle, rotors of 80 ms", lag=0.08),
+    Case("circle, rotors of 80 ms, known", lag=0.08, lead=True),
     Case("circle, wind of 3 m/s", wind="steady"),
     Case("circle, gusts", wind="gusts"),
     Case("lemniscate", trajectory="lemniscate"),
@@ -113,6 +116,8 @@ CASES = [
     Case("waypoints, gusts, noise x 1", trajectory="waypoints", wind="gusts", noise=1.0),
     Case("step of 1 m", trajectory="step"),
     Case("step of 1 m, 1.2 of mass and inertia", trajectory="step", scale=1.2),
+    Case("step of 1 m, rotors of 80 ms", trajectory="step", lag=0.08),
+    Case("step of 1 m, rotors of 80 ms, known", trajectory="step", lag=0.08, lead=True),
     Case("hover, wind of 3 m/s", trajectory="hover", wind="steady"),
     Case("hover, gusts", trajectory="hover", wind="gusts"),
     Case("hover from 150 degrees, torque within 0.25 N m", torque_max=0.25, **UPSIDE_DOWN),
@@ -223,6 +228,8 @@ def tuned(case: Case, law: str) -> dict[str, Any]:
     of_law = next(iter(controller.values()))
     of_law["initial"] = {"mass": told["mass"], "inertia": [float(x) for x in nominal_inertia(told)]}
     of_law["integral"] = {"acceleration_max": bound, "gamma_d": gain, "torque_max": 0.0, "gamma_t": 0.0}
+    if case.lead and case.lag is not None:
+        of_law["rotors"] = {"lag": case.lag, "residual_lag": 0.25 * case.lag}
     return controller
 
 
@@ -235,7 +242,9 @@ def controller(case: Case, law: str, gains: Gains) -> Any:
 
 def same_gains(case: Case) -> Case:
     """What the gains depend on, of a case."""
-    return Case("", vehicle=case.vehicle, torque_max=case.torque_max, attitude_bandwidth=case.attitude_bandwidth)
+    lag = case.lag if case.lead else None
+    limits: dict[str, Any] = {"torque_max": case.torque_max, "attitude_bandwidth": case.attitude_bandwidth}
+    return Case("", vehicle=case.vehicle, lead=case.lead, lag=lag, **limits)
 
 
 def within(command: dict[str, Any], case: Case, vehicle: Multirotor) -> dict[str, Any]:
@@ -312,7 +321,7 @@ WHY_ERROR = {
 }
 WHY_TORQUE = {
     "gusts": "torque: integral action works against the gust",
-    "lag": "torque: the attitude of controller 1 rings behind such rotors; `tune`, if told, refuses the gains",
+    "lag": "torque: the attitude of controller 1 rings behind such rotors; `tune`, if told, refuses the gains; a lead filter helps",
     "other": "torque: mass adaptation and integral action work against what is not known",
 }
 """Reasons for rows in which SE(3) has less error, or by more than the tolerance less torque."""

@@ -50,6 +50,9 @@ pub struct TuneArguments {
     /// Slope of the rotational smooth sign at zero as a multiple of k4; the steepest that step period and noise allow by default.
     #[arg(long, value_name = "RATIO")]
     pub rotation_slope: Option<f64>,
+    /// Least speed of return from far away on any axis (m/s); any by default.
+    #[arg(long, value_name = "M/S")]
+    pub return_speed: Option<f64>,
     /// Write a complete scenario with the gains, ready for `run`.
     #[arg(long, value_name = "FILE")]
     pub write: Option<PathBuf>,
@@ -80,6 +83,7 @@ impl TuneArguments {
             rotation_slope: self.rotation_slope,
             noise_torque_max: self.noise_torque_max,
             rate_noise: self.rate_noise,
+            return_speed: self.return_speed,
         }
     }
 }

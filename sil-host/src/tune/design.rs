@@ -15,6 +15,7 @@ use super::infeasible::{Infeasible, Remedy};
 use super::margin::{Rotors, margins};
 use super::noise::activity;
 use super::request::Request;
+use super::returning::return_speeds;
 use super::room::{acceleration, auxiliary_gain};
 use super::survey::{LoopSurvey, Met, Which};
 use ctrl_core::controller::ControllerConfig;
@@ -32,6 +33,9 @@ const ROTATION_SLOPES: [f64; 5] = [4.0, 2.0, 1.0, 0.5, 0.25];
 
 /// Share of the position loop's damping that the coupling term may take or give.
 const COUPLING: f64 = 0.02;
+
+/// Shares of `M1` in `M1 + M2` to try, from a half on: the larger one returns faster from far away.
+const POSITION_SHARES: u32 = 11;
 
 /// Growth of a factor of the guess at a time, and the most times.
 const GROWTH: f64 = 1.04;
@@ -87,6 +91,8 @@ struct Factors {
     heading: f64,
     heading_damping: f64,
     rotation_slope: f64,
+    /// Share of `M1` in `M1 + M2`.
+    position_share: f64,
 }
 
 /// Gains that meet `request`.
@@ -94,9 +100,34 @@ struct Factors {
 /// # Errors
 /// The inequality that no choice of gains meets.
 pub fn design(request: &Request) -> Result<ControllerConfig, Infeasible> {
+    let asked = request.wanted.return_speed;
+    let mut fastest = 0.0f64;
+    for step in 0..POSITION_SHARES {
+        let law = with_position_share(request, 0.5 + 0.02 * f64::from(step))?;
+        let [along, up] = return_speeds(&law);
+        fastest = fastest.max(along.min(up));
+        if fastest >= asked {
+            return Ok(law);
+        }
+    }
+    Err(Infeasible {
+        inequality:
+            "speed of return from far away asked against the most that M1 up to 0.7 (M1 + M2) \
+                     leaves on the slower axis"
+                .to_owned(),
+        left: asked,
+        right: fastest,
+        unit: "m/s",
+        remedies: vec!["a larger wanted.damping".to_owned()],
+        remedy: Some((Remedy::PositionBandwidth, request.wanted.position_bandwidth)),
+    })
+}
+
+/// Gains with that share of `M1` in `M1 + M2`.
+fn with_position_share(request: &Request, share: f64) -> Result<ControllerConfig, Infeasible> {
     let asked = request.wanted.rotation_slope;
     let slopes = asked.map_or_else(|| ROTATION_SLOPES.to_vec(), |slope| vec![slope]);
-    let found = |slope| search(request, slope).and_then(|law| quiet(request, law));
+    let found = |slope| search(request, slope, share).and_then(|law| quiet(request, law));
     let mut outcomes = slopes.into_iter().map(found);
     let steepest = outcomes.next().expect("there are slopes to try");
     // The error of the least slope is that of the gains that ask least of the step period.
@@ -115,7 +146,11 @@ pub fn with_margin(law: &ControllerConfig, margin: f64) -> Result<(), ConfigErro
 }
 
 /// Grows the factors until the poles are where they were wanted.
-fn search(request: &Request, rotation_slope: f64) -> Result<ControllerConfig, Infeasible> {
+fn search(
+    request: &Request,
+    rotation_slope: f64,
+    position_share: f64,
+) -> Result<ControllerConfig, Infeasible> {
     let wanted = &request.wanted;
     let mut factors = Factors {
         position: 1.0,
@@ -125,6 +160,7 @@ fn search(request: &Request, rotation_slope: f64) -> Result<ControllerConfig, In
         heading: 1.0,
         heading_damping: 1.0,
         rotation_slope,
+        position_share,
     };
     let mut fault = None;
     let alike = request.axes_alike();
@@ -321,9 +357,11 @@ fn first_guess(request: &Request, factors: &Factors) -> Result<ControllerConfig,
     let attitude = DVec3::new(tilting, tilting, heading);
     let sum = acceleration(request, position)?;
     let k5 = auxiliary_gain(request, attitude)?;
-    let m1 = rounded_down(0.5 * sum);
+    let share = factors.position_share;
+    let [m1, m2] = [share, 1.0 - share].map(|share| rounded_down(share * sum));
+    let middle = 0.5 * (m1 + m2);
     let k1 = rounded(position * position / m1);
-    let k2 = rounded(factors.position_damping * wanted.damping * position / m1);
+    let k2 = rounded(factors.position_damping * wanted.damping * position / middle);
     let k3 = (2.0 * attitude).map(rounded);
     let (damping, turning) = (factors.attitude_damping, factors.heading_damping);
     let damping = DVec3::new(damping, damping, turning) * wanted.damping;
@@ -344,9 +382,9 @@ fn first_guess(request: &Request, factors: &Factors) -> Result<ControllerConfig,
         k1: k1 as f32,
         k2: k2 as f32,
         k3: k3.as_vec3(),
-        c: rounded(COUPLING * k3.x / (4.0 * G * G * (k2 + k1 / (2.0 * k2 * m1)))) as f32,
+        c: rounded(COUPLING * k3.x / (4.0 * G * G * (k2 + k1 / (2.0 * k2 * middle)))) as f32,
         m1: m1 as f32,
-        m2: m1 as f32,
+        m2: m2 as f32,
         gamma1: 0.0,
         delta_1: rounded(0.5 * wanted.position_bandwidth) as f32,
         delta_min_translation: width(d1, TRANSLATION_SLOPE / k2, 0.1 * k2 * m1) as f32,

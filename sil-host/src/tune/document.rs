@@ -4,6 +4,7 @@
 use ctrl_core::config::IntegralAction;
 use ctrl_core::controller::ControllerConfig;
 use ctrl_core::filter::RateFilterConfig;
+use ctrl_core::rotors::RotorModel;
 use glam::Vec3;
 use sim::scenario::BuiltIn;
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
@@ -128,10 +129,13 @@ fn template(law: &ControllerConfig) -> DocumentMut {
         document["controller"] = controller;
     }
     let mut values = toml_edit::ser::to_document(law).expect("a configuration is plain TOML");
-    if *law.integral() == IntegralAction::OFF
-        && let Some(own) = values[law.key()].as_table_like_mut()
-    {
-        own.remove("integral");
+    if let Some(own) = values[law.key()].as_table_like_mut() {
+        if *law.integral() == IntegralAction::OFF {
+            own.remove("integral");
+        }
+        if *law.rotors() == RotorModel::OFF {
+            own.remove("rotors");
+        }
     }
     let known = &mut document["controller"][law.key()]["uncertainty"];
     if let Some(known) = known.as_table_mut() {

@@ -12,7 +12,7 @@ use super::margin::Rotors;
 use super::noise::{Trade, trade};
 use super::pole::Pole;
 use super::proposal::Proposal;
-use super::returning::return_speeds;
+use super::returning::{return_speeds, settling_times};
 use super::survey::{LoopSurvey, Met, Which};
 use super::ultimate::Bounds;
 use sim::number::number;
@@ -163,12 +163,18 @@ fn finite(x: f64, unit: &str) -> String {
     if x.is_finite() { format!("{x:.1} {unit}") } else { "any".to_owned() }
 }
 
+/// Start of the return whose time is told (m).
+const FAR: f64 = 10.0;
+
 fn returns(proposal: &Proposal) -> String {
-    let [along, up] = return_speeds(&proposal.law);
+    let [along, up] = return_speeds(&proposal.law).map(|speed| {
+        if speed.is_finite() { format!("{} m/s", number(speed)) } else { "any speed".to_owned() }
+    });
+    let [settled, high] = settling_times(&proposal.law, FAR).map(|time| finite(time, "s"));
     format!(
-        "\nReturn from far away: {} m/s on a horizontal axis, {} m/s on the vertical one\n",
-        number(along),
-        number(up)
+        "\nReturn from far away: {along} on a horizontal axis, {up} on the vertical one\n\
+         From rest {FAR} m away to within {} m: {settled} and {high}\n",
+        0.05 * FAR
     )
 }
 
@@ -258,6 +264,7 @@ pub fn json(proposal: &Proposal, check: Option<&Check>, passed: bool) -> String 
         "loops": proposal.surveys.iter().map(of_loop).collect::<Vec<_>>(),
         "margins": proposal.margins,
         "return_speed": return_speeds(&proposal.law),
+        "settling_time": settling_times(&proposal.law, FAR),
         "ultimate": proposal.ultimate,
         "activity": proposal.activity,
         "check": check,

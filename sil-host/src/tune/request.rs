@@ -75,6 +75,8 @@ pub struct Wanted {
     pub rotation_slope: Option<f64>,
     /// Most torque activity that the rate noise may make, root mean square over all axes (N m); none: any.
     pub noise_torque_max: Option<f64>,
+    /// Least speed of return from far away on any axis (m/s); zero for any.
+    pub return_speed: f64,
 }
 
 /// `[wanted]` of a vehicle file, or the flags of the same names; what is absent has a default.
@@ -104,6 +106,8 @@ pub struct WantedOptions {
     /// See [`Request::rate_noise`]; a flag, whose key in a vehicle file is beside the vehicle's.
     #[serde(skip)]
     pub rate_noise: Option<f64>,
+    /// See [`Wanted`]; zero.
+    pub return_speed: Option<f64>,
 }
 
 impl WantedOptions {
@@ -122,6 +126,7 @@ impl WantedOptions {
             rotation_slope: self.rotation_slope.or(other.rotation_slope),
             noise_torque_max: self.noise_torque_max.or(other.noise_torque_max),
             rate_noise: self.rate_noise.or(other.rate_noise),
+            return_speed: self.return_speed.or(other.return_speed),
         }
     }
 
@@ -152,6 +157,7 @@ impl WantedOptions {
             phase_margin_deg: self.phase_margin_deg.unwrap_or(30.0),
             rotation_slope: self.rotation_slope,
             noise_torque_max: self.noise_torque_max,
+            return_speed: self.return_speed.unwrap_or(0.0),
         }
     }
 }
@@ -311,6 +317,7 @@ impl Request {
             at("wanted.noise_torque_max", wanted.noise_torque_max.unwrap_or(1.0), 1e-9, 1e6, "N m"),
             at("wanted.phase_margin_deg", wanted.phase_margin_deg, 1.0, 80.0, "deg"),
             at("wanted.position_bandwidth", wanted.position_bandwidth, 0.01, 100.0, "rad/s"),
+            at("wanted.return_speed", wanted.return_speed, 0.0, 100.0, "m/s"),
             at("wanted.damping", wanted.damping, 0.1, 0.95, "of critical damping"),
             at("wanted.margin", wanted.margin, 0.0, 0.9, "of each inequality's headroom"),
             at("wanted.position_range", wanted.position_range, 1e-3, 1e3, "m"),
