@@ -112,6 +112,19 @@ pub struct Allocation {
 /// An allocator for any vehicle of up to [`MAX_ROTORS`] rotors.
 pub type Allocator = SizedAllocator<{ slabs(MAX_ROTORS) }>;
 
+/// An allocator for a vehicle of four rotors.
+pub type QuadAllocator = SizedAllocator<{ slabs(4) }>;
+
+impl QuadAllocator {
+    /// As [`allocate_at`](Self::allocate_at), compiled with this crate: an image whose other crates are built for
+    /// size keeps the fast code.
+    #[inline(never)]
+    #[must_use]
+    pub fn allocate_quad(&self, wrench: &Wrench, supply: f32) -> Allocation {
+        self.allocate_at(wrench, supply)
+    }
+}
+
 /// Wrench to rotor thrusts, validated and prepared, with memory for `SLABS` facets of the set of attainable
 /// wrenches: [`slabs(n)`](slabs) are enough for `n` rotors.
 #[derive(Clone, Debug, PartialEq)]
@@ -223,6 +236,7 @@ impl<const SLABS: usize> SizedAllocator<SLABS> {
             within &= channel.limits.contains(thrust);
             thrust * supply
         });
+        // wcet: at most MAX_ROTORS iterations
         let thrusts = List::taking(thrusts);
         if within {
             return Allocation { thrusts, achieved: *wrench, limited: Limited::empty() };
@@ -238,6 +252,7 @@ impl<const SLABS: usize> SizedAllocator<SLABS> {
     }
 
     fn limited(&self, thrusts: RotorThrusts, limited: Limited, supply: f32) -> Allocation {
+        // wcet: at most MAX_ROTORS iterations
         let thrusts = List::taking(thrusts.iter().map(|thrust| thrust * supply));
         Allocation { achieved: self.wrench(&thrusts), thrusts, limited }
     }
@@ -246,6 +261,7 @@ impl<const SLABS: usize> SizedAllocator<SLABS> {
     #[must_use]
     pub fn wrench(&self, thrusts: &[f32]) -> Wrench {
         let pairs = self.channels.iter().zip(thrusts);
+        // wcet: at most MAX_ROTORS iterations
         let sum = pairs.fold(Vec4::ZERO, |sum, (channel, thrust)| sum + channel.column * *thrust);
         let sum = sum * self.scale;
         Wrench { thrust: sum.x, torque_body: Vec3::new(sum.y, sum.z, sum.w) }
@@ -286,8 +302,11 @@ impl<const SLABS: usize> SizedAllocator<SLABS> {
         let slabs = self.attainable.wrench();
         let thrusts = |yaw: f32| reach(slabs, tilt + Vec4::W * yaw, Vec4::X);
         let ends = [yaws.clamp(0.0), yaws.clamp(wanted.w)];
+        // wcet: at most 2 iterations
         let [least, most] = ends.map(thrusts);
+        // wcet: at most 2 iterations
         let too_much = [least, most].map(|thrusts| wanted.x > thrusts.upper);
+        // wcet: at most 2 iterations
         let too_little = [least, most].map(|thrusts| wanted.x < thrusts.lower);
         match (too_much, too_little) {
             ([true, true], _) => {
@@ -308,8 +327,10 @@ impl<const SLABS: usize> SizedAllocator<SLABS> {
 /// the tangents at both sides of it meet.
 fn highest(ends: [f32; 2], function: impl Fn(f32) -> (f32, f32)) -> f32 {
     let ordered = if ends[0] <= ends[1] { ends } else { [ends[1], ends[0]] };
+    // wcet: at most 2 iterations
     let [mut left, mut right] = ordered.map(|x| (x, function(x)));
     let mut best = left.1.0.max(right.1.0);
+    // wcet: at most TANGENTS iterations
     for _ in 0..TANGENTS {
         let ((x, (y, rise)), (u, (v, fall))) = (left, right);
         let meeting = x + (v - y - fall * (u - x)) / (rise - fall);

@@ -97,4 +97,5 @@ pub mod saturation;
 pub mod setpoint;
 pub mod sqrt;
 pub mod trajectory;
+pub mod trigonometry;
 pub mod vehicle;

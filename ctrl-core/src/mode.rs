@@ -35,6 +35,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::controller::StepStatus;
 use crate::error::{Bound, ConfigError, require};
+use crate::trigonometry::sin_cos;
 use crate::vehicle::Wrench;
 use safety::{Hazards, Reaction, SafetyReport};
 
@@ -313,7 +314,7 @@ impl Supervisor {
                 "for a descent of no duration, use cut",
             )?;
         }
-        Ok(Self { config: *config, cos_tilt_max: libm::cosf(config.arming_tilt_max) })
+        Ok(Self { config: *config, cos_tilt_max: sin_cos(config.arming_tilt_max).1 })
     }
 
     /// Takes note of one control period and makes the transitions that follow from it.

@@ -48,10 +48,10 @@ pub const fn report(
 
 /// Appends as much of `more` as fits; a character is kept whole or not at all.
 pub fn append<const N: usize>(text: &mut String<N>, more: &str) {
-    for character in more.chars() {
-        if text.push(character).is_err() {
-            return;
-        }
+    // wcet: at most 4 iterations
+    let room = more.floor_char_boundary(text.capacity() - text.len());
+    if let Some(fitting) = more.get(..room) {
+        let _ = text.push_str(fitting);
     }
 }
 

@@ -195,6 +195,7 @@ impl FlightControl {
     }
 
     /// Replaces the law from the next start; in flight it is ignored.
+    #[inline(never)]
     pub fn replace_law(&mut self, law: &AnyController) {
         if !matches!(self.supervisor_state.mode(), Mode::Flying | Mode::Failsafe) {
             self.law = *law;
@@ -299,7 +300,7 @@ impl FlightControl {
         let wrench = self.supervisor.gate(&self.supervisor_state, step.wrench);
         let (thrusts, achieved, limited) = match mode {
             Mode::Flying | Mode::Failsafe => {
-                let allocation = self.allocator.allocate_at(&wrench, supply);
+                let allocation = self.allocator.allocate_quad(&wrench, supply);
                 let Allocation { thrusts, achieved, limited } = allocation;
                 (Some(thrusts), achieved, limited)
             }

@@ -2,7 +2,7 @@
 //! vehicle.
 //!
 //! Pure: the task that owns it gives bytes, time and state, and takes frames. Work of one release is bounded by
-//! [`BYTES_PER_RELEASE`] and [`FRAMES_PER_RELEASE`], whatever comes.
+//! [`BYTES_PER_RELEASE`] and [`SENT_PER_RELEASE`], whatever comes.
 
 use core::mem::MaybeUninit;
 
@@ -21,7 +21,7 @@ pub const RELEASE_EVERY: u32 = 4;
 /// Most bytes that one release handles; a port of 921,600 bit/s brings 369 in 4 ms.
 pub const BYTES_PER_RELEASE: usize = 384;
 /// Most frames that one release sends.
-pub const FRAMES_PER_RELEASE: usize = 4;
+pub const SENT_PER_RELEASE: usize = 4;
 
 /// Major, minor and patch of this package's version as `AUTOPILOT_VERSION` has them.
 const VERSION: u32 = version(env!("CARGO_PKG_VERSION").as_bytes());

@@ -260,5 +260,5 @@ fn one_release_is_bounded_and_a_second_of_telemetry_fits_the_wire() {
     }
     assert!(bytes < 16_000, "{bytes} B of the 92,160 that the wire carries");
     let releases = 1000 / RELEASE_EVERY as usize;
-    assert!(frames < releases * FRAMES_PER_RELEASE, "{frames} frames");
+    assert!(frames < releases * SENT_PER_RELEASE, "{frames} frames");
 }

@@ -43,7 +43,7 @@ mod app {
     use firmware::fault::{UPTIME, fault_before_boot};
     use firmware::flight_control::FlightControl;
     use firmware::ground_station::{
-        BYTES_PER_RELEASE, Behind, FRAMES_PER_RELEASE, GroundStation, RELEASE_EVERY,
+        BYTES_PER_RELEASE, Behind, GroundStation, RELEASE_EVERY, SENT_PER_RELEASE,
     };
     use firmware::navigation::OnboardNavigation;
     use firmware::parameter_store::{Found, ParameterStore};
@@ -67,6 +67,9 @@ mod app {
     const RECEIVED: usize = 512;
     /// Bytes that may wait for `mavlink`: those of 11 ms.
     const RECEIVED_MAVLINK: usize = 1024;
+    /// Frames that `state_input` judges per release, samples and references and at most one other message;
+    /// more wait in the queue. A host that sends faster than that loses frames, but costs no deadline.
+    const FRAMES_PER_RELEASE: usize = 4;
     /// Most answers per release of `telemetry`.
     const ANSWERS_PER_RELEASE: usize = 2;
 
@@ -342,11 +345,20 @@ mod app {
                 pilot.drop_command();
             }
             session.set_piloted(pilot.has_command());
-            for _ in 0..RECEIVED {
-                let Some(byte) = received_out.dequeue() else { break };
-                if let Some(received) = decoder.push(byte) {
-                    session.handle(received, status, origin);
+            let (mut bytes, mut other) = (RECEIVED, None);
+            // wcet: at most FRAMES_PER_RELEASE iterations
+            for _ in 0..FRAMES_PER_RELEASE {
+                if !next_frame(received_out, decoder, &mut bytes) {
+                    break;
                 }
+                let Some(received) = decoder.take_frame() else { continue };
+                if !session.receive(&received.message, status) {
+                    other = Some(received);
+                    break;
+                }
+            }
+            if let Some(received) = other {
+                session.handle(received, status, origin);
             }
             navigation.serve(session, status);
             if let Some(law) = session.take_law() {
@@ -385,6 +397,27 @@ mod app {
             None if origin == TickOrigin::LockStep && answers => pend_telemetry(),
             None => {}
         }
+        // No tick will come for what waits behind the last frame.
+        if origin == TickOrigin::LockStep && received_out.ready() {
+            pend_state_input();
+        }
+    }
+
+    /// Hands bytes to the decoder until a frame ends, at most as many as are left of `bytes`.
+    #[inline(never)]
+    fn next_frame(
+        received: &mut Consumer<'static, u8>,
+        decoder: &mut Decoder<Uplink>,
+        bytes: &mut usize,
+    ) -> bool {
+        // wcet: at most RECEIVED iterations in all
+        while let (Some(left), Some(byte)) = (bytes.checked_sub(1), received.dequeue()) {
+            *bytes = left;
+            if decoder.push_byte(byte) {
+                return true;
+            }
+        }
+        false
     }
 
     /// Sends telemetry, answers and the health report.
@@ -400,6 +433,7 @@ mod app {
             if let (Some(telemetry), true) = (telemetry, subscribed) {
                 wire += transmitter.send(&Downlink::Telemetry(telemetry));
             }
+            // wcet: at most ANSWERS_PER_RELEASE iterations
             for _ in 0..ANSWERS_PER_RELEASE {
                 let Some(answer) = session.lock(|session| session.next_answer()) else { break };
                 wire += transmitter.send(&answer);
@@ -447,10 +481,17 @@ mod app {
             cx.local.watchdog.feed();
         }
         if let Some(uptime_ticks) = ticks.lock(|ticks| ticks.take_announcement()) {
-            transmitter.lock(|transmitter| transmitter.send(&Downlink::Stepped { uptime_ticks }));
+            transmitter.lock(|transmitter| announce(transmitter, uptime_ticks));
             Active::exchange();
         }
     }
+
+    /// Tells the host, in lock step, that a tick is done.
+    #[inline(never)]
+    fn announce(transmitter: &mut Transmitter, uptime_ticks: u64) {
+        transmitter.send(&Downlink::Stepped { uptime_ticks });
+    }
+
     /// Speaks MAVLink with a ground station: messages that have come, then what is due to be sent.
     #[task(binds = FSMC, priority = 1, shared = [outbox, session, pilot],
            local = [station, mavlink_out, mavlink_transmitter])]
@@ -459,6 +500,7 @@ mod app {
         let mut outbox = cx.shared.outbox;
         let mavlink::LocalResources { station, mavlink_out, mavlink_transmitter, .. } = cx.local;
         let (status, view) = outbox.lock(|outbox| (outbox.status, outbox.view));
+        // wcet: at most 384 iterations
         for taken in 0..BYTES_PER_RELEASE {
             let packet = match mavlink_out.dequeue() {
                 Some(byte) => station.push(byte),
@@ -474,7 +516,8 @@ mod app {
                 break;
             }
         }
-        for _ in 0..FRAMES_PER_RELEASE {
+        // wcet: at most 4 iterations
+        for _ in 0..SENT_PER_RELEASE {
             let frame = (&mut session, &mut pilot)
                 .lock(|session, pilot| station.next_frame(Behind { session, pilot, status, view }));
             let Some(frame) = frame else { break };

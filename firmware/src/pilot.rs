@@ -197,18 +197,26 @@ impl Pilot {
         let mut prepared = session.prepare(status);
         let reference = match self.latest {
             Some((uptime, reference)) if uptime == status.uptime => reference,
-            _ => {
-                self.react(status.mode, safety);
-                let state = prepared.sample.map(|sample| sample.state);
-                let reference = self.step(status.mode, state.as_ref()).reference;
-                self.latest = Some((status.uptime, reference));
-                reference
-            }
+            _ => self.advance(status, safety, prepared.sample.map(|sample| sample.state)),
         };
         if self.flies && status.mode != Mode::Disarmed {
             prepared.reference = reference;
         }
         prepared
+    }
+
+    /// The one step of a tick.
+    #[inline(never)]
+    fn advance(
+        &mut self,
+        status: ControlStatus,
+        safety: &SafetyReport,
+        state: Option<VehicleState>,
+    ) -> Reference {
+        self.react(status.mode, safety);
+        let reference = self.step(status.mode, state.as_ref()).reference;
+        self.latest = Some((status.uptime, reference));
+        reference
     }
 
     /// `true` while a host on the link flies the vehicle, the supervisor being in `mode`.
@@ -346,7 +354,11 @@ impl Vehicle for PilotedVehicle<'_, '_, '_> {
     }
 
     fn write_parameter(&mut self, name: &str, value: f32) -> Result<(), ParameterRefusal> {
+        // wcet: at most 64 iterations
+        // wcet: at most 48 bytes
         let all = (0..self.parameter_count()).filter_map(|index| self.parameter_at(index));
+        // wcet: at most 64 iterations
+        // wcet: at most 48 bytes
         let before = all.into_iter().find(|parameter| parameter.0 == name);
         self.session.set_parameter(name, value, self.status).map_err(refusal)?;
         self.pilot.follow(self.session.law()).map_err(|error| {

@@ -203,6 +203,7 @@ impl RateLoop {
         self.lost_ticks = self.lost_ticks.saturating_add(lost);
         self.last_tick = Some(now);
         let mut due = Due::default();
+        // wcet: at most 4 iterations
         for group in Group::ALL {
             let config = self.config.groups[group as usize];
             let record = &mut self.records[group as usize];
@@ -260,6 +261,7 @@ impl RateLoop {
     /// `true` if a group has overrun so often in a row that the outputs must go to failsafe.
     #[must_use]
     pub fn failsafe_required(&self) -> bool {
+        // wcet: at most 4 iterations
         self.records.iter().any(|record| record.in_a_row >= self.config.overruns_to_failsafe)
     }
 
@@ -290,9 +292,12 @@ impl RateLoop {
     /// `true` if the watchdog is to be fed: every group has finished in time at least once, and none has
     /// overrun, since the last call that returned true or the last one that saw an overrun.
     pub fn feed_watchdog(&mut self) -> bool {
+        // wcet: at most 4 iterations
         let overrun = self.records.iter().any(|record| record.missed > 0);
+        // wcet: at most 4 iterations
         let feed = !overrun && self.records.iter().all(|record| record.met > 0);
         if feed || overrun {
+            // wcet: at most 4 iterations
             for record in &mut self.records {
                 record.met = 0;
                 record.missed = 0;

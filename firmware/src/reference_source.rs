@@ -114,6 +114,7 @@ impl ReferenceSource {
     }
 
     /// The trajectory's reference at a tick of flight; none while a stream is followed.
+    #[inline(never)] // once a tick, which its time's bound takes for granted
     fn on_trajectory(&self, flight_tick: u32) -> Option<Reference> {
         let tick = u64::from(flight_tick);
         match &self.followed {

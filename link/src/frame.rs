@@ -71,8 +71,10 @@ fn write_frame<M: Message>(message: &M, sequence: u16, frame: &mut [u8]) -> Opti
     let [low, high] = sequence.to_le_bytes();
     *header = [M::TAG, low, high];
     let covered = header.len() + postcard::to_slice(message, rest).ok()?.len();
+    // wcet: at most 199 iterations
     let checksum = CRC.checksum(payload.get(..covered)?).to_le_bytes();
     *payload.get_mut(covered..)?.first_chunk_mut()? = checksum;
+    // wcet: at most 199 iterations
     let length = cobs::try_encode(payload.get(..covered + checksum.len())?, frame).ok()?;
     *frame.get_mut(length)? = 0;
     Some(length + 1)
@@ -133,15 +135,29 @@ impl<M: Message> Decoder<M> {
     ///
     /// Anything else is counted and dropped; the next frame starts after the next zero byte.
     pub fn push(&mut self, byte: u8) -> Option<Received<M>> {
+        if self.push_byte(byte) { self.take_frame() } else { None }
+    }
+
+    /// Takes one byte in constant time; returns `true` if it ends a frame, good or not, which
+    /// [`take_frame`](Self::take_frame) must judge before the next byte comes.
+    pub fn push_byte(&mut self, byte: u8) -> bool {
         match self.cobs.feed(byte) {
-            Ok(cobs::DecodeResult::NoData) => return None,
+            Ok(cobs::DecodeResult::NoData) => false,
             Ok(cobs::DecodeResult::DataContinue(data)) => {
                 self.overlong |= self.payload.push(data).is_err();
-                return None;
+                false
             }
-            Ok(cobs::DecodeResult::DataComplete) => {}
-            Err(_) => self.overlong = true, // cut off inside a run: damaged all the same
+            Ok(cobs::DecodeResult::DataComplete) => true,
+            Err(_) => {
+                self.overlong = true; // cut off inside a run: damaged all the same
+                true
+            }
         }
+    }
+
+    /// The message in the frame that has ended, if it is good.
+    #[inline(never)]
+    pub fn take_frame(&mut self) -> Option<Received<M>> {
         let result = if self.overlong { Err(Drop::Damaged) } else { self.receive() };
         self.payload.clear();
         self.overlong = false;

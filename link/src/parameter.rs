@@ -18,6 +18,9 @@ pub trait Parameters: Copy + 'static {
     /// The field of the parameter at `index`.
     fn field(&mut self, index: usize) -> Option<&mut f32>;
 
+    /// A number of each name, in the same order, so that a name is found without comparing all of them.
+    const HASHES: &'static [u32];
+
     /// Name and value of the parameter at `index`.
     fn parameter_at(&self, index: u16) -> Option<(&'static str, f32)> {
         let index = usize::from(index);
@@ -27,8 +30,12 @@ pub trait Parameters: Copy + 'static {
     /// Place of the parameter called `name`.
     #[must_use]
     fn parameter_index(name: &str) -> Option<u16> {
-        let index = Self::NAMES.iter().position(|own| *own == name)?;
-        u16::try_from(index).ok()
+        let wanted = hash(name);
+        // wcet: at most 64 iterations
+        let index = Self::HASHES.iter().position(|hash| *hash == wanted)?;
+        // wcet: at most 48 bytes
+        let is_it = *Self::NAMES.get(index)? == name;
+        u16::try_from(index).ok().filter(|_| is_it)
     }
 
     /// The configuration with the parameter called `name` set to `value`; none if there is no such
@@ -59,6 +66,17 @@ pub trait Parameters: Copy + 'static {
         }
         self
     }
+}
+
+/// FNV-1a of a name; no two of a table have the same, which is tested.
+const fn hash(name: &str) -> u32 {
+    let (bytes, mut hash, mut place) = (name.as_bytes(), 0x811C_9DC5, 0);
+    // wcet: at most 48 iterations
+    while place < bytes.len() {
+        hash = (hash ^ bytes[place] as u32).wrapping_mul(0x0100_0193);
+        place += 1;
+    }
+    hash
 }
 
 /// The table of a configuration: its own fields, then those that both have; `[field]` is a vector, one
@@ -108,6 +126,7 @@ macro_rules! table {
     (@ $config:ty; [$(($name:expr) => ($($field:ident).+),)*];) => {
         impl Parameters for $config {
             const NAMES: &'static [&'static str] = &[$($name),*];
+            const HASHES: &'static [u32] = &[$(hash($name)),*];
 
             fn value(&self, index: usize) -> Option<f32> {
                 let mut from = 0..;

@@ -11,6 +11,7 @@
 
 use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 
+use ctrl_core::trigonometry::sin_cos;
 use glam::{Quat, Vec3};
 
 /// Radius of the sphere (m): the equatorial one of WGS 84.
@@ -72,7 +73,7 @@ pub struct Origin {
 impl Origin {
     /// Length of 1e-7 degrees along the parallel (m).
     fn parallel_unit(&self) -> f32 {
-        UNIT_LENGTH * libm::cosf(self.latitude as f32 * 1e-7 * PI / 180.0).max(0.01)
+        UNIT_LENGTH * sin_cos(self.latitude as f32 * 1e-7 * PI / 180.0).1.max(0.01)
     }
 
     /// Latitude, longitude (1e-7 deg) and altitude (m) of a place in the world frame.

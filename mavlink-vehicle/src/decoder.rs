@@ -51,10 +51,12 @@ impl Packet {
     }
 
     pub(crate) fn i32_at(&self, index: usize) -> i32 {
+        // wcet: at most 4 iterations
         i32::from_le_bytes([0, 1, 2, 3].map(|i| self.byte(index + i)))
     }
 
     pub(crate) fn f32_at(&self, index: usize) -> f32 {
+        // wcet: at most 4 iterations
         f32::from_le_bytes([0, 1, 2, 3].map(|i| self.byte(index + i)))
     }
 }
@@ -126,6 +128,7 @@ impl Decoder {
     /// The first whole frame that is held; what is in front of it is dropped.
     fn next_packet(&mut self) -> Option<Packet> {
         // Each turn takes a byte at least, so there are at most as many as the buffer is long.
+        // wcet: at most 281 iterations
         for _ in 0..=FRAME_MAX {
             let shape = match self.shape()? {
                 Ok(shape) => shape,
@@ -208,6 +211,7 @@ impl Decoder {
         let end = start + len;
         let mut payload = [0; PAYLOAD_MAX];
         let bytes = self.buffer.iter().skip(start).take(len);
+        // wcet: at most 255 iterations
         payload.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
         let trailer = signed.then(|| Trailer::of(self.array(end + 2)));
         let (header, checksum) = (self.array(0), self.array(end));
@@ -223,6 +227,7 @@ impl Decoder {
     fn skip_to_start(&mut self) {
         let held = self.buffer.get(..self.len).unwrap_or_default();
         let start = |byte: &u8| matches!(*byte, MAV_STX | MAV_STX_V2);
+        // wcet: at most 280 iterations
         let next = held.iter().skip(1).position(start).map_or(self.len, |at| at + 1);
         self.drop_front(next);
     }
@@ -230,6 +235,7 @@ impl Decoder {
     fn drop_front(&mut self, count: usize) {
         let count = count.min(self.len);
         self.len -= count;
+        // wcet: at most 280 iterations
         for index in 0..self.len {
             let byte = self.at(index + count);
             if let Some(place) = self.buffer.get_mut(index) {

@@ -47,6 +47,7 @@ impl FlightMode {
     #[must_use]
     pub fn of(navigation: NavigationMode) -> Self {
         let [hold, ..] = MODES;
+        // wcet: at most 6 iterations
         MODES.into_iter().find(|mode| mode.navigation == navigation).unwrap_or(hold)
     }
 
@@ -57,14 +58,17 @@ impl FlightMode {
     }
 
     pub(crate) fn with_custom(number: u32) -> Option<Self> {
+        // wcet: at most 6 iterations
         MODES.into_iter().find(|mode| mode.custom_mode() == number)
     }
 
     pub(crate) fn with_main_and_sub(main: f32, sub: f32) -> Option<Self> {
+        // wcet: at most 6 iterations
         MODES.into_iter().find(|mode| mode.main as f32 == main && mode.sub as f32 == sub)
     }
 
     pub(crate) fn with_standard(number: f32) -> Option<Self> {
+        // wcet: at most 6 iterations
         MODES.into_iter().find(|mode| mode.standard != 0 && f32::from(mode.standard) == number)
     }
 

@@ -61,6 +61,7 @@ impl Frame {
         signed: bool,
     ) -> Self {
         let (id, extra_crc) = message;
+        // wcet: at most 255 iterations
         let used = payload.iter().rposition(|byte| *byte != 0).map_or(1, |last| last + 1);
         let used = used.min(payload.len()).min(PAYLOAD_MAX);
         let mut frame = Self { bytes: [0; FRAME_MAX], len: 0 };
@@ -85,6 +86,8 @@ impl Frame {
     /// Adds bytes at the end; a frame with all its parts has room for them.
     fn append(&mut self, bytes: &[u8]) {
         let free = self.bytes.iter_mut().skip(self.len);
+        // wcet: at most FRAME_MAX iterations
+        // wcet: at most FRAME_MAX bytes
         free.zip(bytes).for_each(|(place, byte)| *place = *byte);
         self.len = (self.len + bytes.len()).min(FRAME_MAX);
     }

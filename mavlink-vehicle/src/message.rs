@@ -305,6 +305,7 @@ impl Item {
         let ends =
             [system, component, self.frame, current.into(), self.autocontinue, self.mission_type];
         let bytes = numbers.chain(place).chain(rest).chain(self.command.to_le_bytes()).chain(ends);
+        // wcet: at most 38 iterations
         payload.iter_mut().zip(bytes).for_each(|(place, byte)| *place = byte);
         payload
     }

@@ -99,6 +99,7 @@ impl Protocol<'_> {
         if let Err(result) = flyable(&self.config, &item, vehicle.navigator()) {
             self.memory.mission.upload = None;
             let Item { sequence, command, frame, .. } = item;
+            // wcet: at most 2 iterations
             let [sequence, command] = [sequence, command].map(|number| Part::Count(number.into()));
             let (item, refused) = (Part::Text("item "), Part::Text(" refused: command "));
             let (before, frame) = (Part::Text(", frame "), Part::Count(frame.into()));
@@ -119,6 +120,7 @@ impl Protocol<'_> {
         let (config, home) = (self.config, vehicle.navigator().home_world());
         // Every item was flyable when it came. Converted again rather than kept: a second list is kilobytes.
         let items = self.memory.mission.arriving.iter();
+        // wcet: at most 128 iterations in all
         let flown = items.filter_map(|item| flown(&config, item, home).ok());
         let result = match vehicle.navigator().set_mission(flown) {
             Ok(()) => {

@@ -136,7 +136,7 @@ impl Protocol<'_> {
 /// The target with its vectors turned from the vehicle's heading to north.
 fn turned(target: Target, state: &VehicleState) -> Target {
     let yaw = euler(attitude_ned(state.attitude)).z;
-    let (sin, cos) = libm::sincosf(yaw);
+    let (sin, cos) = ctrl_core::trigonometry::sin_cos(yaw);
     let turn = |v: Vec3| Vec3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z);
     // Both horizontal axes are needed once they are turned.
     let pair = |mask: u16, first: u16| {

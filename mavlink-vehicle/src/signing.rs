@@ -209,6 +209,7 @@ impl Signing {
             return Err(Refused::Forged);
         }
         let id = (packet.system, packet.component, link);
+        // wcet: at most STREAMS iterations
         match self.streams.iter_mut().find(|stream| stream.id == id) {
             Some(stream) if timestamp > stream.newest => stream.newest = timestamp,
             Some(_) => return Err(Refused::Replayed),
@@ -224,6 +225,7 @@ impl Signing {
             return Err(Refused::Replayed);
         }
         // Those that are more than a minute behind may be forgotten: their messages are too old for a new one.
+        // wcet: at most STREAMS iterations
         self.streams.retain(|known| known.newest >= oldest);
         self.streams.push(stream).map_err(|_| Refused::Streams)
     }

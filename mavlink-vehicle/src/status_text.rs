@@ -10,7 +10,7 @@ use mavlink::dialects::common::{MavSeverity, STATUSTEXT_DATA};
 use mavlink::types::CharArray;
 
 /// Longest sentence (bytes); what is longer is cut.
-const TEXT_MAX: usize = 150;
+const TEXT_MAX: usize = 96;
 /// Bytes of a message.
 const CHUNK: usize = 50;
 /// Sentences that wait.
@@ -48,6 +48,7 @@ impl Part<'_> {
             Self::Count(count) => append_count(sentence, count),
             Self::Number(number) => append_number(sentence, number),
             Self::Hazards(hazards) => {
+                // wcet: at most 8 iterations
                 for (index, name) in hazards.words().enumerate() {
                     append(sentence, if index == 0 { "" } else { ", " });
                     append(sentence, name);
@@ -78,25 +79,28 @@ pub(crate) fn explained(error: &ConfigError) -> [Part<'static>; 8] {
 }
 
 fn append<const N: usize>(sentence: &mut String<N>, text: &str) {
-    for character in text.chars() {
-        if sentence.push(character).is_err() {
-            return;
-        }
-    }
+    let room = N.saturating_sub(sentence.len());
+    // At a boundary of characters, and there is room.
+    let fits = text.get(..text.floor_char_boundary(room)).unwrap_or_default();
+    let _ = sentence.push_str(fits);
 }
 
 /// At most ten digits.
 fn append_count<const N: usize>(sentence: &mut String<N>, mut count: u32) {
     let mut digits = [b'0'; 10];
     let mut first = digits.len() - 1;
+    // wcet: at most 10 iterations
     for (place, digit) in digits.iter_mut().enumerate().rev() {
         (*digit, first) = (b'0' + (count % 10) as u8, place);
         count /= 10;
+        // wcet: at most 10 iterations
         if count == 0 {
             break;
         }
     }
+    // wcet: at most 10 iterations
     for digit in digits.iter().skip(first) {
+        // wcet: at most 4 bytes
         let _ = sentence.push(char::from(*digit));
     }
 }
@@ -115,6 +119,7 @@ fn append_number<const N: usize>(sentence: &mut String<N>, number: f32) {
     }
     // A number of single precision has 39 digits before its point or 45 after it.
     if size >= 1e6 || (size > 0.0 && size < 1e-3) {
+        // wcet: at most 45 iterations
         for _ in 0..45 {
             match size {
                 10.0.. => (size, exponent) = (size / 10.0, exponent + 1),
@@ -123,13 +128,16 @@ fn append_number<const N: usize>(sentence: &mut String<N>, number: f32) {
             }
         }
     }
-    let scaled = (f64::from(size) * 1e4 + 0.5) as u64;
-    append_count(sentence, (scaled / 10_000) as u32);
-    let mut rest = (scaled % 10_000) as u32;
+    let whole = size as u32;
+    // The difference is exact.
+    let parts = ((size - whole as f32) * 1e4 + 0.5) as u32;
+    append_count(sentence, whole + parts / 10_000);
+    let mut rest = parts % 10_000;
     if rest > 0 {
         append(sentence, ".");
     }
     let mut unit = 1_000;
+    // wcet: at most 4 iterations
     while rest > 0 && unit > 0 {
         append_count(sentence, rest / unit);
         (rest, unit) = (rest % unit, unit / 10);
@@ -157,7 +165,10 @@ impl StatusTexts {
     /// Queues a sentence, unless too many wait or it is there already.
     pub(crate) fn push(&mut self, severity: Severity, parts: &[Part<'_>]) {
         let mut sentence = String::new();
+        // wcet: at most 8 iterations
         parts.iter().for_each(|part| part.append(&mut sentence));
+        // wcet: at most TEXT_MAX bytes
+        // wcet: at most TEXT_MAX iterations
         if self.waiting.back().is_none_or(|(_, last)| *last != sentence) {
             // More than a few sentences at once are a flood.
             let _ = self.waiting.push_back((severity, sentence));
@@ -170,7 +181,9 @@ impl StatusTexts {
         let start = usize::from(self.part) * CHUNK;
         let bytes = text.as_bytes();
         let mut chunk = [0; CHUNK];
+        // wcet: at most CHUNK iterations
         for (place, byte) in chunk.iter_mut().zip(bytes.iter().skip(start)) {
+            // wcet: at most CHUNK bytes
             *place = *byte;
         }
         let severity = match severity {

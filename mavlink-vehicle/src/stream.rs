@@ -57,7 +57,9 @@ impl Streams {
     /// Sets the interval (us): zero for the default, negative for off. `false` if there is no such stream
     /// or it cannot be that fast.
     pub(crate) fn set(&mut self, id: u32, interval: f32) -> bool {
+        // wcet: at most STREAMS iterations
         let default = DEFAULTS.iter().find(|stream| stream.0 == id).map(|stream| stream.1);
+        // wcet: at most STREAMS iterations
         let Some(stream) = self.streams.iter_mut().find(|stream| stream.id == id) else {
             return false;
         };
@@ -76,6 +78,7 @@ impl Streams {
 
     /// The interval (us): -1 while it is off; none if there is no such stream.
     pub(crate) fn interval(&self, id: u32) -> Option<i32> {
+        // wcet: at most STREAMS iterations
         let stream = self.streams.iter().find(|stream| stream.id == id)?;
         Some(if stream.interval == 0 {
             -1
@@ -86,6 +89,7 @@ impl Streams {
 
     /// A stream that is due at `time` (us), once.
     pub(crate) fn take_due(&mut self, time: u64) -> Option<u32> {
+        // wcet: at most STREAMS iterations
         for step in 0..STREAMS {
             let index = (self.next + step) % STREAMS;
             let Some(stream) = self.streams.get_mut(index) else { continue };

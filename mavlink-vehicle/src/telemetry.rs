@@ -305,6 +305,8 @@ impl Protocol<'_> {
         self.next_mode = if single || mode.is_none() { 0 } else { index + 1 };
         let mode = mode?;
         let mut name = [0; 35];
+        // wcet: at most 35 iterations
+        // wcet: at most 35 bytes
         name.iter_mut().zip(mode.name.bytes()).for_each(|(place, byte)| *place = byte);
         let data = AVAILABLE_MODES_DATA {
             custom_mode: mode.custom_mode(),

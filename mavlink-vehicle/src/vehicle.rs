@@ -76,6 +76,7 @@ impl core::error::Error for ParameterRefusal {}
 impl From<ConfigError> for ParameterRefusal {
     fn from(error: ConfigError) -> Self {
         let mut parameter = String::new();
+        // wcet: at most 48 iterations
         for character in error.parameter.chars() {
             if parameter.push(character).is_err() {
                 break;

@@ -11,7 +11,7 @@ use crate::elf::Image;
 use crate::estimator::{Cost, IMAGE};
 use crate::measurement::{Measurement, prepare};
 use crate::step_image::CONTROLLERS;
-use crate::{allocation, c_library, filter, firmware, image_stack, mavlink_task, step_image};
+use crate::{allocation, c_library, filter, firmware, image_stack, mavlink_task, step_image, wcet};
 
 const FILE: &str = "budgets.toml";
 /// RAM of the board that `memory.x` gives the linker (B).
@@ -80,6 +80,9 @@ fn measure() -> Result<Vec<Row>> {
     rows.extend(filter_rows()?);
     rows.extend(c_library::cost_rows()?);
     rows.extend(firmware_rows()?);
+    let tasks = wcet::task_bounds(&firmware::image("board"))?;
+    wcet::report_tasks(&tasks)?;
+    rows.extend(wcet::task_rows(&tasks));
     Ok(rows)
 }
 

@@ -18,15 +18,6 @@ pub struct Node {
     calls: Vec<(u64, u64)>,
 }
 
-/// A call through a pointer whose possible targets are known from the sources: a part of the
-/// calling function's name, and parts of the names of what it may call.
-pub struct KnownPointer {
-    /// Part of the caller's name.
-    pub caller: &'static str,
-    /// Parts of the names of all possible targets.
-    pub targets: &'static [&'static str],
-}
-
 /// A function and everything reachable from it; complete, or it could not be built.
 pub struct CallGraph {
     root: u64,
@@ -39,17 +30,11 @@ impl CallGraph {
     /// Fails on a call or jump whose target is not in the instruction itself, and on one to where
     /// no function is: what cannot be followed cannot be vouched for.
     pub fn walk(image: &Image, listing: &Listing, root: &str) -> Result<Self> {
-        Self::walk_from(image, listing, image.named(root)?.range.start, &[])
+        Self::walk_from(image, listing, image.named(root)?.range.start)
     }
 
-    /// As [`walk`](Self::walk), from the function that starts at `root`; calls through `known`
-    /// pointers lead to all of their targets.
-    pub fn walk_from(
-        image: &Image,
-        listing: &Listing,
-        root: u64,
-        known: &[KnownPointer],
-    ) -> Result<Self> {
+    /// As [`walk`](Self::walk), from the function that starts at `root`.
+    pub fn walk_from(image: &Image, listing: &Listing, root: u64) -> Result<Self> {
         let (mut nodes, mut open) = (BTreeMap::new(), vec![(root, String::new())]);
         while let Some((address, path)) = open.pop() {
             if nodes.contains_key(&address) {
@@ -59,7 +44,7 @@ impl CallGraph {
                 format!("a call leads to {address:#x}, where no function is ({path})")
             })?;
             let path = format!("{path} > {}", function.name);
-            let node = node(function, listing, image, known).with_context(|| path.clone())?;
+            let node = node(function, listing, image).with_context(|| path.clone())?;
             open.extend(node.calls.iter().map(|(_, callee)| (*callee, path.clone())));
             nodes.insert(address, node);
         }
@@ -121,31 +106,16 @@ pub struct Stack<'a> {
     pub frames: Vec<(&'a str, u64)>,
 }
 
-fn node(
-    function: &Function,
-    listing: &Listing,
-    image: &Image,
-    known: &[KnownPointer],
-) -> Result<Node> {
+fn node(function: &Function, listing: &Listing, image: &Image) -> Result<Node> {
     let instructions: Vec<_> = listing
         .range(function.range.clone())
         .map(|(address, instruction)| (*address, instruction.clone()))
         .collect();
-    let known = known.iter().find(|pointer| function.name.contains(pointer.caller));
     let mut calls = Vec::new();
     for (address, instruction) in &instructions {
         let flow =
             flow(instruction).with_context(|| format!("in `{}` at {address:#x}", function.name));
-        let target = match (flow, known) {
-            (Ok(Some(target)), _) => target,
-            (Ok(None), _) => continue,
-            (Err(_), Some(pointer)) => {
-                let targets = targets(image, pointer)?;
-                calls.extend(targets.into_iter().map(|target| (*address, target)));
-                continue;
-            }
-            (Err(error), None) => return Err(error),
-        };
+        let Some(target) = flow? else { continue };
         if !is_call(instruction.name()) && function.range.contains(&target) {
             continue;
         }
@@ -154,18 +124,6 @@ fn node(
         calls.push((*address, callee));
     }
     Ok(Node { function: function.clone(), instructions, calls })
-}
-
-/// Targets of a call through a known pointer; every part of a name must be found.
-fn targets(image: &Image, pointer: &KnownPointer) -> Result<Vec<u64>> {
-    let mut targets = Vec::new();
-    for part in pointer.targets {
-        let found = image.functions().filter(|function| function.name.contains(part));
-        let before = targets.len();
-        targets.extend(found.map(|function| function.range.start));
-        ensure!(targets.len() > before, "no function `{part}`, which `{}` calls", pointer.caller);
-    }
-    Ok(targets)
 }
 
 /// Successors of an instruction besides the next one; an error if they cannot be determined.

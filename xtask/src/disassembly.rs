@@ -37,7 +37,7 @@ pub type Listing = BTreeMap<u64, Instruction>;
 pub fn disassemble(image: &Path) -> Result<Listing> {
     let tool = toolchain::llvm_tool("llvm-objdump")?;
     let text = shell::output(
-        std::process::Command::new(tool).args(["-d", "--no-show-raw-insn"]).arg(image),
+        std::process::Command::new(tool).args(["-d", "-z", "--no-show-raw-insn"]).arg(image),
     )
     .context("disassembly")?;
     let listing: Listing = text.lines().filter_map(parse).collect();

@@ -20,6 +20,8 @@ pub struct Function {
 pub struct Image {
     functions: BTreeMap<u64, Function>,
     stack_sizes: BTreeMap<u64, u64>,
+    /// Start and bytes of each section of code.
+    code: Vec<(u64, Vec<u8>)>,
     /// Bytes in flash: code, constants and initial values of data.
     pub flash: u64,
     /// Bytes of static RAM.
@@ -35,6 +37,7 @@ impl Image {
         Ok(Self {
             functions: functions(&file),
             stack_sizes: stack_sizes(&file)?,
+            code: code(&file)?,
             flash,
             static_ram,
         })
@@ -46,6 +49,7 @@ impl Image {
         let mut image = Self {
             functions: BTreeMap::new(),
             stack_sizes: BTreeMap::new(),
+            code: Vec::new(),
             flash: 0,
             static_ram: 0,
         };
@@ -57,17 +61,21 @@ impl Image {
         image
     }
 
-    /// All functions.
-    pub fn functions(&self) -> impl Iterator<Item = &Function> {
-        self.functions.values()
-    }
-
     /// The function with exactly this name.
     pub fn named(&self, name: &str) -> Result<&Function> {
         let mut functions = self.functions.values();
         functions.find(|function| function.name == name).with_context(|| {
             format!("no function `{name}` in the image: was it inlined or stripped?")
         })
+    }
+
+    /// The function whose name begins so, generic arguments and the like apart.
+    pub fn named_like(&self, start: &str) -> Result<&Function> {
+        let mut found = self.functions.values().filter(|function| function.name.starts_with(start));
+        let only =
+            found.next().with_context(|| format!("no function `{start}...` in the image"))?;
+        anyhow::ensure!(found.next().is_none(), "several functions `{start}...` in the image");
+        Ok(only)
     }
 
     /// The function that `address` lies in.
@@ -80,6 +88,46 @@ impl Image {
     pub fn stack_size(&self, address: u64) -> Option<u64> {
         self.stack_sizes.get(&address).copied()
     }
+}
+
+impl Image {
+    /// Code at `address`.
+    pub fn bytes(&self, address: u64, length: usize) -> Option<&[u8]> {
+        let sections = self.code.iter();
+        sections
+            .filter_map(|(start, bytes)| {
+                let from = usize::try_from(address.checked_sub(*start)?).ok()?;
+                bytes.get(from..from.checked_add(length)?)
+            })
+            .next()
+    }
+
+    /// Targets of the table of a `tbb` or `tbh` instruction, which begins at `start`.
+    ///
+    /// All of them lie behind the table, so that it ends where the nearest target begins; a compiler checks
+    /// the index before the jump. The byte that fills up an odd table is no entry.
+    pub fn jump_table(&self, start: u64, wide: bool, end: u64) -> Result<Vec<u64>> {
+        let (size, mut limit, mut targets) = (if wide { 2 } else { 1 }, end, Vec::new());
+        while start + size * (targets.len() as u64 + 1) <= limit {
+            let at = start + size * targets.len() as u64;
+            let entry =
+                self.bytes(at, size as usize).context("a jump table outside of the code")?;
+            let offset = entry.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte));
+            let target = start + 2 * offset;
+            if target <= at && at + 1 == limit {
+                break;
+            }
+            anyhow::ensure!(target > at, "the jump table at {start:#x} leads back into itself");
+            targets.push(target);
+            limit = limit.min(target);
+        }
+        Ok(targets)
+    }
+}
+
+fn code(file: &File<'_>) -> Result<Vec<(u64, Vec<u8>)>> {
+    let sections = file.sections().filter(|section| section.kind() == object::SectionKind::Text);
+    sections.map(|section| Ok((section.address(), section.data()?.to_vec()))).collect()
 }
 
 fn functions(file: &File<'_>) -> BTreeMap<u64, Function> {

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use object::{File, Object, ObjectSection};
 
-use crate::call_graph::{CallGraph, KnownPointer};
+use crate::call_graph::CallGraph;
 use crate::disassembly::disassemble;
 use crate::elf::Image;
 
@@ -14,20 +14,6 @@ use crate::elf::Image;
 pub const EXCEPTION_FRAME: u64 = 112;
 /// Handler of unused entries of the vector table: an endless loop.
 const UNUSED: &str = "DefaultHandler";
-
-/// Calls through pointers, and all that these can point at.
-pub const POINTERS: &[KnownPointer] = &[
-    // defmt-rtt chooses one of two ways to write, by whether a debugger listens.
-    KnownPointer {
-        caller: "_defmt_",
-        targets: &[
-            "defmt_rtt::channel::Channel::blocking_write",
-            "defmt_rtt::channel::Channel::nonblocking_write",
-        ],
-    },
-    // The table of parameters (`link::parameter`) has one function per field.
-    KnownPointer { caller: "firmware::", targets: &["core::ops::function::FnOnce::call_once"] },
-];
 
 /// Prints and returns the worst case (B).
 ///
@@ -44,7 +30,7 @@ pub fn worst_case(path: &Path) -> Result<u64> {
             continue;
         }
         let name = &function.name;
-        let graph = CallGraph::walk_from(&image, &listing, address, POINTERS)
+        let graph = CallGraph::walk_from(&image, &listing, address)
             .with_context(|| format!("stack of `{name}`"))?;
         let stack = graph.stack(&image).with_context(|| format!("stack of `{name}`"))?;
         let pushed = if index == 0 { 0 } else { EXCEPTION_FRAME };

@@ -40,7 +40,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   machine-code  required and forbidden instructions in the control steps' machine code
   python        the Python package: its wheel built, installed, tested and type-checked
   rotorpy       flights in RotorPy's plant against what is recorded; after `python`
-  wcet          upper bounds on the instructions and cycles of the control steps
+  wcet          upper bounds on the instructions and cycles of the control steps and of every task of the
+                firmware, and the tasks' response times against their deadlines
   budgets [--accept]
                 instructions, cycles, memory and stack against budgets.toml; --accept moves its
                 limits to what was measured

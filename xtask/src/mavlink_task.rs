@@ -9,7 +9,7 @@ use object::{File, Object, ObjectSymbol};
 use crate::call_graph::CallGraph;
 use crate::disassembly::{Listing, disassemble};
 use crate::elf::Image;
-use crate::image_stack::{EXCEPTION_FRAME, POINTERS, vectors};
+use crate::image_stack::{EXCEPTION_FRAME, vectors};
 
 /// Interrupts that the task and its receiver are bound to.
 const OWN: [&str; 2] = ["FSMC", "USART3"];
@@ -42,7 +42,7 @@ impl Cost {
             alone.extend(reached(&image, &listing, *address)?);
         }
         let flash = alone.iter().filter(|(start, _)| !others.contains(start));
-        let graph = CallGraph::walk_from(&image, &listing, own[0], POINTERS)?;
+        let graph = CallGraph::walk_from(&image, &listing, own[0])?;
         Ok(Self {
             flash: flash.map(|(start, end)| end - start).sum(),
             ram: statics(path)?,
@@ -53,7 +53,7 @@ impl Cost {
 
 /// Addresses of the functions that a handler reaches.
 fn reached(image: &Image, listing: &Listing, address: u64) -> Result<Vec<(u64, u64)>> {
-    let graph = CallGraph::walk_from(image, listing, address, POINTERS)?;
+    let graph = CallGraph::walk_from(image, listing, address)?;
     Ok(graph.nodes().map(|node| (node.function.range.start, node.function.range.end)).collect())
 }
 

@@ -17,6 +17,16 @@ pub struct Frame {
     pub line: String,
 }
 
+/// A place in the sources.
+pub struct Place {
+    /// Demangled, with generic arguments.
+    pub function: String,
+    /// Path as the compiler was given it.
+    pub file: String,
+    /// Line from 1.
+    pub line: u32,
+}
+
 impl Frame {
     /// The innermost frame in the core's own sources: arithmetic of glam and of the standard
     /// library counts where the core uses it.
@@ -43,6 +53,25 @@ impl Sources {
     /// The functions that `address` was inlined from, innermost first.
     pub fn frames(&self, address: u64) -> Result<Vec<Frame>> {
         self.try_frames(address).map_err(|error| anyhow!("debug information: {error}"))
+    }
+
+    /// File, line and function of everything that `address` was inlined from, innermost first.
+    pub fn places(&self, address: u64) -> Result<Vec<Place>> {
+        let place = || -> Result<_, Box<dyn std::error::Error>> {
+            let (mut found, mut frames) = (Vec::new(), self.0.find_frames(address)?);
+            while let Some(frame) = frames.next()? {
+                let name = frame.function.as_ref().and_then(|name| name.raw_name().ok());
+                let function = name.map(|name| format!("{:#}", rustc_demangle::demangle(&name)));
+                let location = frame.location;
+                found.push(Place {
+                    function: function.unwrap_or_default(),
+                    file: location.as_ref().and_then(|at| at.file).unwrap_or_default().into(),
+                    line: location.and_then(|at| at.line).unwrap_or(0),
+                });
+            }
+            Ok(found)
+        };
+        place().map_err(|error| anyhow!("debug information: {error}"))
     }
 
     fn try_frames(&self, address: u64) -> Result<Vec<Frame>, Box<dyn std::error::Error>> {

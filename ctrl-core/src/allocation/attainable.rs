@@ -106,6 +106,7 @@ impl<const SLABS: usize> Attainable<SLABS> {
 #[inline(never)]
 pub(super) fn reach(slabs: &[Slab], from: Vec4, direction: Vec4) -> Interval {
     let mut reach = Interval { lower: f32::MIN, upper: f32::MAX };
+    // wcet: at most SLABS iterations
     for Slab { normal, range } in slabs {
         let (slope, at) = (normal.dot(direction), normal.dot(from));
         // Parallel to the slab; `0/0` would be NaN.
@@ -124,6 +125,7 @@ pub(super) fn reach(slabs: &[Slab], from: Vec4, direction: Vec4) -> Interval {
 #[inline(never)]
 pub(super) fn farthest(slabs: &[Slab], from: Vec4, direction: Vec4, across: Vec4) -> (f32, f32) {
     let (mut farthest, mut derivative) = (f32::MAX, 0.0);
+    // wcet: at most WRENCH_SLABS iterations
     for Slab { normal, range } in slabs {
         let slope = normal.dot(direction);
         if slope.abs() > f32::MIN_POSITIVE {
@@ -139,6 +141,7 @@ pub(super) fn farthest(slabs: &[Slab], from: Vec4, direction: Vec4, across: Vec4
 
 /// `true` if `w` lies in all `slabs`.
 pub(super) fn contains(slabs: &[Slab], w: Vec4) -> bool {
+    // wcet: at most WRENCH_SLABS iterations
     slabs.iter().all(|slab| slab.range.contains(slab.normal.dot(w)))
 }
 
@@ -146,6 +149,7 @@ pub(super) fn contains(slabs: &[Slab], w: Vec4) -> bool {
 /// `s = upper(n) - n . w`, a rotor with `n . b_i > 0` is at most `s/(n . b_i)` below its upper limit.
 #[inline(never)]
 pub(super) fn close(slabs: &[Slab], w: Vec4, channels: &mut [Channel]) {
+    // wcet: at most WRENCH_SLABS iterations
     for Slab { normal, range } in slabs {
         let (at, width) = (normal.dot(w), range.upper - range.lower);
         let (slack, side) = if range.upper - at < at - range.lower {
@@ -156,6 +160,7 @@ pub(super) fn close(slabs: &[Slab], w: Vec4, channels: &mut [Channel]) {
         if slack > BORDER * width {
             continue;
         }
+        // wcet: at most MAX_ROTORS iterations
         for Channel { column, limits, .. } in &mut *channels {
             let part = side * normal.dot(*column);
             if part > INFLUENCE {

@@ -33,8 +33,10 @@ pub(super) struct Clamped {
 /// `f(l)` and `r(l)`.
 pub(super) fn clamped(channels: &[Channel], w: Vec4, l: Vec4) -> Clamped {
     let thrust = |channel: &Channel| channel.limits.clamp(channel.column.dot(l));
+    // wcet: at most MAX_ROTORS iterations
     let thrusts = List::taking(channels.iter().map(thrust));
     let made = |sum: Vec4, (channel, thrust): (&Channel, &f32)| sum + channel.column * *thrust;
+    // wcet: at most MAX_ROTORS iterations
     let residual = w - channels.iter().zip(&thrusts).fold(Vec4::ZERO, made);
     Clamped { thrusts, residual }
 }
@@ -47,6 +49,7 @@ pub(super) fn distribute(
     multipliers: Vec4,
 ) -> RotorThrusts {
     let mut l = multipliers;
+    // wcet: at most STEPS iterations
     for _ in 0..STEPS {
         let (residual, gram) = linearised(channels, w, l);
         if residual.abs().max_element() <= TOLERANCE * (1.0 + w.x.abs()) {
@@ -61,6 +64,7 @@ pub(super) fn distribute(
 /// `r(l)` and the Gram matrix of the free rotors.
 fn linearised(channels: &[Channel], w: Vec4, l: Vec4) -> (Vec4, Gram) {
     let (mut residual, mut gram) = (w, Gram::REGULARISED);
+    // wcet: at most MAX_ROTORS iterations
     for Channel { column, limits, .. } in channels {
         let wanted = column.dot(l);
         let thrust = limits.clamp(wanted);
@@ -121,8 +125,10 @@ impl Gram {
 /// Part of `step`, up to 1, after which the next rotor comes to a limit or leaves it.
 fn length(channels: &[Channel], l: Vec4, step: Vec4) -> f32 {
     let mut way = f32::MAX;
+    // wcet: at most MAX_ROTORS iterations
     for Channel { column, limits, .. } in channels {
         let (wanted, inverse) = (column.dot(l), 1.0 / column.dot(step));
+        // wcet: at most 2 iterations
         for limit in [limits.lower, limits.upper] {
             // NaN and infinity, of a rotor that the step does not move, are in neither order.
             let t = (limit - wanted) * inverse;

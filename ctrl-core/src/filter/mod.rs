@@ -119,6 +119,7 @@ impl RateFilter {
             };
         }
         let mut filtered = rate_body;
+        // wcet: at most 4 iterations
         for (section, memory) in self.sections.iter().flatten().zip(&mut state.memory) {
             filtered = section.step(memory, filtered);
         }

@@ -190,6 +190,7 @@ impl Navigator {
         items: impl Iterator<Item = MissionItem> + Clone,
     ) -> Result<(), ConfigError> {
         let mut count = 0usize;
+        // wcet: at most MISSION_MAX iterations
         for item in items.clone() {
             self.check_item(&item)?;
             count += 1;
@@ -197,6 +198,7 @@ impl Navigator {
             require("mission (count)", count as f32, most, "number of items")?;
         }
         self.mission.truncate(0);
+        // wcet: at most MISSION_MAX iterations
         for item in items.take(MISSION_MAX) {
             // Counted above: there is room.
             let _ = self.mission.push(item);

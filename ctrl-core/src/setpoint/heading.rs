@@ -10,6 +10,7 @@ use core::f32::consts::PI;
 use glam::Vec3;
 
 use crate::jet::Jet;
+use crate::trigonometry::sin_cos;
 
 /// Time constant of the approach to a heading (s).
 const APPROACH_TIME: f32 = 0.5;
@@ -59,7 +60,7 @@ impl HeadingShaper {
     /// Direction of body x in the horizontal plane.
     pub(super) fn forward(&self, lag: f32) -> Jet<Vec3> {
         let [r1, r2] = self.lags;
-        let (sin, cos) = libm::sincosf(self.yaw(lag));
+        let (sin, cos) = sin_cos(self.yaw(lag));
         let (along, across) = (Vec3::new(cos, sin, 0.0), Vec3::new(-sin, cos, 0.0));
         let (rate, acceleration) = (r2, (r1 - r2) / lag);
         Jet::new(along, rate * across, acceleration * across - (rate * rate) * along)

@@ -12,6 +12,7 @@
 
 use super::Coordinate;
 use crate::error::{Bound, ConfigError, require};
+use crate::trigonometry::{rotated, sin_cos_small};
 
 /// `2^64`, the phase of a full turn.
 const TURN: f64 = 18_446_744_073_709_551_616.0;
@@ -58,13 +59,9 @@ impl Rotation {
         let phase = tick.wrapping_mul(self.turns_per_tick);
         let quarter = phase.wrapping_add(1 << 61) >> 62;
         let rest = phase.wrapping_sub(quarter << 62) as i64;
-        let (sin, cos) = libm::sincosf((rest >> 32) as i32 as f32 * RADIANS);
-        match quarter {
-            0 => Phasor { cos, sin },
-            1 => Phasor { cos: -sin, sin: cos },
-            2 => Phasor { cos: -cos, sin: -sin },
-            _ => Phasor { cos: sin, sin: -cos },
-        }
+        let small = sin_cos_small((rest >> 32) as i32 as f32 * RADIANS);
+        let (sin, cos) = rotated(quarter as u32, small);
+        Phasor { cos, sin }
     }
 }
 

@@ -10,6 +10,7 @@ use glam::Vec3;
 
 use crate::error::{Bound, ConfigError, require};
 use crate::reference::Reference;
+use crate::trigonometry::sin_cos;
 use crate::vehicle::GRAVITY;
 
 mod any;
@@ -67,7 +68,7 @@ fn from_coordinates(origin_world: Vec3, [x, y, z]: [Coordinate; 3]) -> Reference
 
 /// The unit vector in the horizontal plane at the angle `yaw` (rad) from world x.
 fn horizontal(yaw: f32) -> Vec3 {
-    let (sin, cos) = libm::sincosf(yaw);
+    let (sin, cos) = sin_cos(yaw);
     Vec3::new(cos, sin, 0.0)
 }
 

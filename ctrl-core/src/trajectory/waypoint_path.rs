@@ -201,6 +201,7 @@ impl WaypointPath {
 impl Trajectory for WaypointPath {
     fn reference(&self, tick: u64) -> Reference {
         let mut elapsed = tick;
+        // wcet: at most MAX_LEGS iterations
         for segment in &self.segments {
             let ticks = u64::from(segment.ticks);
             if elapsed < ticks {
@@ -325,6 +326,7 @@ fn bend(points: &[DVec3; 10], first: usize) -> DVec3 {
 /// A polynomial in Bernstein form at `u`, with its derivatives with respect to `u`, by de
 /// Casteljau's algorithm stopped at three points.
 fn bernstein<const N: usize>(mut points: [Vec3; N], u: f32) -> Jet<Vec3> {
+    // wcet: at most 7 iterations
     for live in (4..=N).rev() {
         if let Some(points) = points.get_mut(..live) {
             interpolate(points, u);
@@ -360,6 +362,7 @@ fn bernstein_value(points: [Vec3; 8], u: f32) -> Vec3 {
 /// One round of de Casteljau's algorithm in place; the last point is spent.
 fn interpolate(points: &mut [Vec3], u: f32) {
     let points = Cell::from_mut(points).as_slice_of_cells();
+    // wcet: at most 9 iterations
     for (near, far) in points.iter().zip(points.iter().skip(1)) {
         near.set(near.get().lerp(far.get(), u));
     }

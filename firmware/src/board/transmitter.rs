@@ -48,7 +48,9 @@ impl MavlinkTransmitter {
 
     /// Sends a frame, byte by byte, or drops the rest of it.
     pub fn send(&mut self, frame: &[u8]) {
+        // wcet: at most 280 iterations
         for byte in frame {
+            // wcet: at most LOOKS iterations
             if !(0..LOOKS).any(|_| self.0.write(*byte).is_ok()) {
                 return;
             }

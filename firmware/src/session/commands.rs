@@ -52,6 +52,7 @@ impl HostSession<'_> {
 
     /// Refuses the commands that wait when lock step ends: they were meant for rotors that are off.
     pub fn refuse_commands(&mut self) {
+        // wcet: at most 4 iterations
         while let Some((sequence, _)) = self.commands.pop_front() {
             self.acknowledge(sequence, Err(Rejection::NotNow));
         }

@@ -239,6 +239,7 @@ impl<'a> HostSession<'a> {
     }
 
     /// Carries out one message; `origin` is that of the next tick.
+    #[inline(never)]
     pub fn handle(
         &mut self,
         received: Received<Uplink>,
@@ -249,7 +250,8 @@ impl<'a> HostSession<'a> {
         self.heard = status.uptime;
         let result = match message {
             Uplink::State { .. } | Uplink::Reference { .. } => {
-                return self.receive(message, status);
+                self.receive(message, status);
+                return;
             }
             Uplink::EstimatorStart(_) | Uplink::Inertial { .. } | Uplink::Measured(_) => {
                 return self.sense(message, status);
@@ -281,22 +283,27 @@ impl<'a> HostSession<'a> {
         self.acknowledge(sequence, result);
     }
 
-    /// Takes a state sample or a reference, unless its tick shows that it is late.
-    fn receive(&mut self, message: &Uplink, status: ControlStatus) {
+    /// Takes a state sample or a reference, unless its tick shows that it is late; `false` for any other
+    /// message, which [`handle`](Self::handle) has to take.
+    pub fn receive(&mut self, message: &Uplink, status: ControlStatus) -> bool {
         let ControlStatus { flight_tick, uptime, .. } = status;
+        self.heard = uptime;
         match message {
             // By sensors, a state from outside is no sample.
             Uplink::State { .. } if self.by_sensors => {}
-            Uplink::State { tick, state } if self.state_order.accept(*tick, flight_tick) => {
-                self.arrived = Some(ArrivedState { state: *state, uptime });
+            Uplink::State { tick, state } => {
+                if self.state_order.accept(*tick, flight_tick) {
+                    self.arrived = Some(ArrivedState { state: *state, uptime });
+                }
             }
-            Uplink::Reference { tick, reference }
-                if self.reference_order.accept(*tick, flight_tick) =>
-            {
-                self.memory.references.receive(*reference, uptime);
+            Uplink::Reference { tick, reference } => {
+                if self.reference_order.accept(*tick, flight_tick) {
+                    self.memory.references.receive(*reference, uptime);
+                }
             }
-            _ => {}
+            _ => return false,
         }
+        true
     }
 
     /// Answers a host's handshake, after which its ticks may begin anew.
@@ -322,6 +329,7 @@ impl<'a> HostSession<'a> {
     }
 
     /// Changes a setting of the next flight; only on the ground.
+    #[inline(never)]
     fn set(&mut self, setting: &Uplink) -> Result<(), Rejection> {
         match setting {
             Uplink::SelectTrajectory(selection) => self.select_trajectory(selection),

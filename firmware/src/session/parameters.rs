@@ -19,12 +19,14 @@ impl HostSession<'_> {
 
     /// Takes a whole tuning that has flown on this vehicle or is built in, if the selected trajectory
     /// suits it.
+    #[inline(never)]
     pub(super) fn tune(&mut self, tuning: &Tuning) -> Result<(), Rejection> {
         let before = replace(&mut self.tuning, *tuning);
         self.renew_law().inspect_err(|_| self.tuning = before)
     }
 
     /// Builds the law of the tuning and takes it, if it is valid and accepts the selected trajectory.
+    #[inline(never)]
     fn renew_law(&mut self) -> Result<(), Rejection> {
         let law = self.tuning.controller()?;
         if let Some(limits) = self.memory.references.limits() {

@@ -40,12 +40,14 @@ impl HostSession<'_> {
     }
 
     /// Refuses parameters that cannot fly the built-in trajectory, with which every start begins.
+    #[inline(never)]
     fn accept_built_in_trajectory(&self) -> Result<(), Rejection> {
         let trajectory = BUILT_IN_MISSION.trajectory.check(self.law.step_period())?;
         Ok(accept(&self.law, &trajectory)?)
     }
 
     /// Record of the parameters to be stored, once; [`stored`](Self::stored) has to follow.
+    #[inline(never)]
     pub fn next_to_store(&mut self) -> Option<Payload> {
         let storage = self.storage.as_mut().filter(|storage| !storage.begun)?;
         storage.begun = true;

@@ -5,11 +5,14 @@
 //! -plugin libinsn_count.so,entry=0x8000400,range=0x8000400-0x8000900,out=counts.txt
 //! ```
 //!
+//! Or, with tasks that interrupt each other: `tasks=FILE`, a description as [`tasks::parse`] reads it, and `out`.
+//!
 //! Counting starts when `entry` is executed and ends with the first instruction outside all
 //! `range`s (the function and everything it can call). The file `out` then has a line
 //! `call COUNT` for every call in order, and a line `pc ADDRESS COUNT` for every instruction.
 
 mod qemu;
+mod tasks;
 
 use core::ffi::{c_char, c_int, c_uint, c_void};
 use std::collections::BTreeMap;
@@ -58,6 +61,10 @@ pub unsafe extern "C" fn qemu_plugin_install(
 ) -> c_int {
     // SAFETY: QEMU passes `argc` strings.
     let arguments = unsafe { qemu::arguments(argc, argv) };
+    if let Some((described, out)) = tasks_and_out(&arguments) {
+        // SAFETY: `id` is QEMU's.
+        return unsafe { install_tasks(id, &described, out) };
+    }
     let Some(settings) = parse(&arguments) else {
         eprintln!("insn-count: need entry=, range= and out=, got {arguments:?}");
         return 1;
@@ -70,6 +77,91 @@ pub unsafe extern "C" fn qemu_plugin_install(
         qemu::qemu_plugin_register_atexit_cb(id, on_exit, core::ptr::null_mut());
     }
     0
+}
+
+fn tasks_and_out(arguments: &[String]) -> Option<(String, String)> {
+    let value = |key: &str| arguments.iter().find_map(|argument| argument.strip_prefix(key));
+    Some((value("tasks=")?.to_owned(), value("out=")?.to_owned()))
+}
+
+/// Tasks under measurement.
+struct Measured {
+    tasks: tasks::Tasks,
+    roles: BTreeMap<u64, tasks::Role>,
+    ranges: Vec<Range<u64>>,
+    out: String,
+}
+
+/// Calls of tasks after which the counts are written.
+const WRITTEN_EVERY: u64 = 250;
+
+static MEASURED: Mutex<Option<Measured>> = Mutex::new(None);
+
+/// # Safety
+/// `id` is that of QEMU.
+unsafe fn install_tasks(id: PluginId, file: &str, out: String) -> c_int {
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let Some((tasks, roles, ranges)) = tasks::parse(&text) else {
+        eprintln!("insn-count: {file} is no description of tasks");
+        return 1;
+    };
+    *MEASURED.lock().expect("single-threaded start") = Some(Measured { tasks, roles, ranges, out });
+    // SAFETY: `id` is QEMU's; both callbacks live as long as the library.
+    unsafe {
+        qemu::qemu_plugin_register_vcpu_tb_trans_cb(id, on_task_translation);
+        qemu::qemu_plugin_register_atexit_cb(id, on_tasks_exit, core::ptr::null_mut());
+    }
+    0
+}
+
+extern "C" fn on_task_translation(_id: PluginId, block: *mut Block) {
+    let measured = MEASURED.lock().expect("no callback panics");
+    let Some(measured) = measured.as_ref() else { return };
+    // SAFETY: `block` is valid during this call, the index is below the count it reports, and the user data
+    // is a leaked role.
+    unsafe {
+        for index in 0..qemu::qemu_plugin_tb_n_insns(block) {
+            let instruction = qemu::qemu_plugin_tb_get_insn(block, index);
+            let pc = qemu::qemu_plugin_insn_vaddr(instruction);
+            let mut role = measured.roles.get(&pc).cloned().unwrap_or_default();
+            role.counts = measured.ranges.iter().any(|range| range.contains(&pc));
+            if role == tasks::Role::default() {
+                continue;
+            }
+            let role: &'static tasks::Role = Box::leak(Box::new(role));
+            qemu::qemu_plugin_register_vcpu_insn_exec_cb(
+                instruction,
+                on_task_instruction,
+                qemu::NO_REGISTERS,
+                core::ptr::from_ref(role).cast_mut().cast(),
+            );
+        }
+    }
+}
+
+extern "C" fn on_task_instruction(_cpu: c_uint, user: *mut c_void) {
+    // SAFETY: registered with a leaked role, see `on_task_translation`.
+    let role = unsafe { &*user.cast::<tasks::Role>() };
+    if let Some(measured) = MEASURED.lock().expect("no callback panics").as_mut() {
+        measured.tasks.executed(role);
+        // The emulator may be killed, which leaves no time for a callback at its end.
+        if role.ends && measured.tasks.calls().is_multiple_of(WRITTEN_EVERY) {
+            write(measured);
+        }
+    }
+}
+
+extern "C" fn on_tasks_exit(_id: PluginId, _user: *mut c_void) {
+    let measured = MEASURED.lock().expect("no callback panics");
+    if let Some(measured) = measured.as_ref() {
+        write(measured);
+    }
+}
+
+fn write(measured: &Measured) {
+    if let Err(error) = std::fs::write(&measured.out, measured.tasks.report()) {
+        eprintln!("insn-count: {}: {error}", measured.out);
+    }
 }
 
 fn parse(arguments: &[String]) -> Option<Settings> {

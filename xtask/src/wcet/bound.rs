@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use anyhow::{Context, Result, ensure};
 
 use super::flow::FlowGraph;
-use super::path::Weighted;
+use super::path::{Weighted, no_loop};
 use super::timing::Model;
 use crate::disassembly::Listing;
 use crate::elf::Image;
@@ -55,7 +55,7 @@ impl Bounds {
         let name = &function.name;
         ensure!(!path.contains(&start), "`{name}` is recursive: it has no bound");
         path.push(start);
-        let graph = FlowGraph::build(function, image, listing)?;
+        let graph = FlowGraph::build(function, image, listing, None)?;
         for callee in graph.nodes.values().filter_map(|node| node.callee) {
             self.add(callee, image, listing, path).with_context(|| format!("below `{name}`"))?;
         }
@@ -70,19 +70,30 @@ impl Bounds {
 
     /// The most expensive path through one function, whose callees have their bounds.
     fn bound(&self, graph: &FlowGraph, model: Model) -> Result<u64> {
-        let mut weighted = Weighted::default();
-        for (address, node) in &graph.nodes {
-            let next = graph.nodes.get(&(address + node.size));
-            let called = node.callee.map_or(0, |callee| self.bounds[&(callee, model)]);
-            let edges = node
-                .edges
-                .iter()
-                .map(|edge| (edge.to, model.edge(*address, node, *edge, &graph.nodes[&edge.to])));
-            weighted.add(*address, model.node(node, next) + called, edges.collect());
-        }
-        let entry = model.entry(graph.entry, graph.nodes[&graph.entry].size);
-        Ok(entry + weighted.longest(graph.entry)?)
+        let called = |callee: u64, _| self.bounds[&(callee, model)];
+        let longest = weighted(graph, model, called).longest(graph.entry, 0, &no_loop)?;
+        Ok(entry(graph, model) + longest.most)
     }
+}
+
+/// The graph of a function under a model; `called` is the cost of a function at a call in it.
+pub fn weighted(graph: &FlowGraph, model: Model, called: impl Fn(u64, u64) -> u64) -> Weighted {
+    let mut weighted = Weighted::default();
+    for (address, node) in &graph.nodes {
+        let next = graph.nodes.get(&(address + node.size));
+        let called = node.callee.map_or(0, |callee| called(callee, *address));
+        let edges = node
+            .edges
+            .iter()
+            .map(|edge| (edge.to, model.edge(*address, node, *edge, &graph.nodes[&edge.to])));
+        weighted.add(*address, model.node(node, next) + called, edges.collect());
+    }
+    weighted
+}
+
+/// Cost of entering a function.
+pub fn entry(graph: &FlowGraph, model: Model) -> u64 {
+    model.entry(graph.entry, graph.nodes[&graph.entry].size)
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use crate::disassembly::{Instruction, Listing};
 use crate::elf::{Function, Image};
 
 /// One instruction on a path.
+#[derive(Clone)]
 pub struct Node {
     /// The instruction itself.
     pub instruction: Instruction,
@@ -16,6 +17,8 @@ pub struct Node {
     pub size: u64,
     /// Kind and control flow.
     pub decoded: Decoded,
+    /// Conditional by an IT instruction before it.
+    pub conditional: bool,
     /// Function that is called, or jumped to for good.
     pub callee: Option<u64>,
     /// Successors in the same function.
@@ -31,7 +34,12 @@ pub struct Edge {
     pub taken: bool,
 }
 
+/// `true` for the name of a function that ends the program: a path that calls it ends there, as it does in a
+/// trap. A step has neither.
+pub type Aborts = fn(&str) -> bool;
+
 /// Everything reachable from a function's entry without leaving it, by address.
+#[derive(Clone)]
 pub struct FlowGraph {
     /// Address of the first instruction.
     pub entry: u64,
@@ -41,7 +49,12 @@ pub struct FlowGraph {
 
 impl FlowGraph {
     /// Follows `function` from its entry; fails on what cannot be followed.
-    pub fn build(function: &Function, image: &Image, listing: &Listing) -> Result<Self> {
+    pub fn build(
+        function: &Function,
+        image: &Image,
+        listing: &Listing,
+        aborts: Option<Aborts>,
+    ) -> Result<Self> {
         let conditional = conditional(function, listing);
         let (entry, mut nodes) = (function.range.start, BTreeMap::new());
         let mut open = vec![entry];
@@ -50,7 +63,7 @@ impl FlowGraph {
                 continue;
             }
             let inside = conditional.get(&address).copied().unwrap_or(false);
-            let node = node(address, inside, function, image, listing)
+            let node = node(address, inside, function, image, listing, aborts)
                 .with_context(|| format!("in `{}` at {address:#x}", function.name))?;
             open.extend(node.edges.iter().map(|edge| edge.to));
             nodes.insert(address, node);
@@ -79,6 +92,7 @@ fn node(
     function: &Function,
     image: &Image,
     listing: &Listing,
+    aborts: Option<Aborts>,
 ) -> Result<Node> {
     let instruction = listing.get(&address).context("no instruction")?.clone();
     let decoded = decode(&instruction, conditional)?;
@@ -86,11 +100,17 @@ fn node(
     let size = next.map_or(function.range.end, |next| next.min(function.range.end)) - address;
     ensure!(size == 2 || size == 4, "an instruction of {size} B: the listing has a gap");
     let inside = |to: u64| function.range.contains(&to);
-    let mut node = Node { instruction, size, decoded, callee: None, edges: Vec::new() };
+    let mut node =
+        Node { instruction, size, decoded, conditional, callee: None, edges: Vec::new() };
     let mut goes_on = conditional;
     match decoded.flow {
         Flow::Next => goes_on = true,
         Flow::Return => {}
+        Flow::Trap => ensure!(aborts.is_some(), "a trap, which has no place in a step"),
+        Flow::Table { wide } => {
+            let targets = image.jump_table(address + size, wide, function.range.end)?;
+            node.edges.extend(targets.into_iter().map(|to| Edge { to, taken: true }));
+        }
         Flow::Jump(to) | Flow::Branch(to) => {
             goes_on |= matches!(decoded.flow, Flow::Branch(_));
             if inside(to) {
@@ -103,6 +123,13 @@ fn node(
             node.callee = Some(start(to, image)?);
             goes_on = true;
         }
+    }
+    if let Some(callee) = node.callee
+        && let Some(aborts) = aborts
+        && image.containing(callee).is_some_and(|callee| aborts(&callee.name))
+    {
+        node.callee = None;
+        goes_on = conditional;
     }
     if goes_on {
         let to = address + size;

@@ -27,6 +27,8 @@ pub enum Kind {
     FloatMove,
     /// Branch, call or return.
     Branch,
+    /// Barrier, or access to a special register.
+    System,
 }
 
 /// Continuation of an instruction besides the next one.
@@ -42,6 +44,14 @@ pub enum Flow {
     Call(u64),
     /// Out of the function.
     Return,
+    /// To one of several places, whose offsets are in a table of bytes or, if `wide`, half-words behind the
+    /// instruction.
+    Table {
+        /// Entries of two bytes.
+        wide: bool,
+    },
+    /// Into a fault: nothing follows.
+    Trap,
 }
 
 /// A decoded instruction.
@@ -62,15 +72,21 @@ const KNOWN: &[(Kind, &str)] = &[
     (Kind::Plain, "sub subs subw sbc sbcs rsb rsbs cmp cmn tst teq clz rbit rev rev16"),
     (Kind::Plain, "and ands orr orrs orn orns eor eors bic bics bfi bfc ubfx sbfx"),
     (Kind::Plain, "lsl lsls lsr lsrs asr asrs ror rors uxtb uxth sxtb sxth"),
-    (Kind::Plain, "mul muls umull smull"),
+    (
+        Kind::Plain,
+        "mul muls umull smull uadd8 uqadd16 uqadd8 uxtah uxtab sxtah sxtab sel usat ssat pkhbt rrx rrxs rev rev16 smulbb smulbt smultb smultt smlabb qadd qsub revsh",
+    ),
     (Kind::Double, "mla mls umlal smlal"),
     (Kind::Divide, "udiv sdiv"),
     (Kind::Load, "ldr ldrb ldrh ldrsb ldrsh ldrd ldm ldmdb pop vldr vldmia vldmdb vpop"),
+    (Kind::Load, "ldrex ldrexb ldrexh"),
     (Kind::Store, "str strb strh strd stm stmdb push vstr vstmia vstmdb vpush"),
+    (Kind::Store, "strex strexb strexh"),
     (Kind::Float, "vadd vsub vmul vnmul vabs vneg vcmp vcmpe vcvt vcvtr"),
     (Kind::FloatAccumulate, "vmla vmls vnmla vnmls vfma vfms vfnma vfnms"),
     (Kind::FloatDivide, "vdiv vsqrt"),
     (Kind::FloatMove, "vmov vmrs vmsr"),
+    (Kind::System, "mrs msr dmb dsb isb cpsid cpsie clrex"),
 ];
 
 /// Number of instructions that `instruction` makes conditional; zero if it is no IT instruction.
@@ -136,7 +152,8 @@ fn branch(instruction: &Instruction, stem: &str) -> Result<Option<Flow>> {
         "cbz" | "cbnz" => Flow::Branch(target()?),
         "bx" if instruction.operands == "lr" => Flow::Return,
         "bx" | "blx" => bail!("indirect: the target is in a register and cannot be followed"),
-        "tbb" | "tbh" => bail!("indirect: the target is in a table and is not followed"),
+        "tbb" | "tbh" => Flow::Table { wide: stem == "tbh" },
+        "udf" | "trap" => Flow::Trap, // the latter is llvm's name of `udf #0xfe`
         _ => match stem.strip_prefix('b') {
             Some(rest) if CONDITIONS.contains(&rest) => Flow::Branch(target()?),
             _ => return Ok(None),
@@ -194,6 +211,10 @@ mod tests {
             ("ldr r0, [pc, #0x38]", false, Kind::Load, Flow::Next),
             ("bic r0, r1, #0x1", false, Kind::Plain, Flow::Next),
             ("ittte ne", false, Kind::Plain, Flow::Next),
+            ("tbh [pc, r10, lsl #1]", false, Kind::Branch, Flow::Table { wide: true }),
+            ("udf #0xfe", false, Kind::Branch, Flow::Trap),
+            ("trap ", false, Kind::Branch, Flow::Trap),
+            ("msr basepri_max, r0", false, Kind::System, Flow::Next),
         ] {
             let decoded = decode(&instruction(text), conditional).unwrap();
             assert_eq!(decoded, Decoded { kind, flow }, "{text}");
@@ -215,10 +236,8 @@ mod tests {
             ("mov pc, r1", false, "indirect"),
             ("ldr.w pc, [r0, r1, lsl #2]", false, "indirect"),
             ("ldm.w r0, {r1, pc}", false, "indirect"),
-            ("tbb [pc, r0]", false, "indirect"),
             ("vpush {d8-d10}", false, "range"),
             ("svc #0x0", false, "unknown"),
-            ("udf #0x0", false, "unknown"),
             ("bkpt #0xab", false, "unknown"),
             ("40 00 20 <.word>", false, "unknown"),
             ("vadd.f64 d0, d1, d2", false, "double-precision"),

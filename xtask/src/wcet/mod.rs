@@ -6,13 +6,22 @@
 //! followed is an error: an unknown instruction, a call or jump through a register, recursion,
 //! and a loop, since no step has one.
 
+mod analysis;
 mod bound;
+mod constants;
 mod flow;
 mod instruction;
+mod library;
+mod limit;
+mod measured;
 mod path;
 mod report;
+mod response;
+mod section;
+mod tasks;
 mod timing;
 
 pub use bound::Bounds;
 pub use report::{check, judge};
+pub use tasks::{bounds as task_bounds, report as report_tasks, rows as task_rows};
 pub use timing::Model;

@@ -2,7 +2,9 @@
 
 use anyhow::{Context, Result, ensure};
 
+use super::analysis::Analysis;
 use super::bound::Bounds;
+use super::limit::Limits;
 use super::timing::{ASSUMPTIONS, Model};
 use crate::cycles::CLOCK;
 use crate::disassembly::disassemble;
@@ -30,6 +32,12 @@ pub fn check() -> Result<()> {
         let bounds = Bounds::of(STEP, &image.image, &image.listing).context(controller)?;
         print(controller, &image, &bounds);
     }
+    crate::firmware::build()?;
+    let bounds = super::tasks::bounds(&crate::firmware::image("board"))?;
+    super::tasks::report(&bounds)?;
+    println!("\nfirmware-emulator: counts in flights on the image");
+    let tasks: Vec<_> = bounds.into_iter().map(|bound| bound.task).collect();
+    super::measured::compare(&tasks)?;
     Ok(())
 }
 
@@ -52,16 +60,37 @@ fn print(controller: &str, image: &StepImage, bounds: &Bounds) {
 fn refuses_mutants() -> Result<()> {
     let path = step_image::path(MUTANTS);
     let (image, listing) = (Image::read(&path)?, disassemble(&path)?);
+    let limits = Limits::open(&path, Vec::new())?;
     for (function, reason) in UNBOUNDED {
-        let error = Bounds::of(function, &image, &listing)
-            .err()
-            .with_context(|| format!("`{function}` of the image `{MUTANTS}` has a bound"))?;
-        let found = format!("{error:#}");
-        ensure!(found.contains(reason), "`{function}` is refused, but not as {reason}: {found}");
-        println!("mutant refused: {found}");
+        // By the rules for a step, and by those for a task, which may have loops with a bound.
+        let start = image.named(function)?.range.start;
+        let task = Analysis::new(&image, &listing, &limits, &[]).cost(start).err();
+        for error in [Bounds::of(function, &image, &listing).err(), task] {
+            let error = error
+                .with_context(|| format!("`{function}` of the image `{MUTANTS}` has a bound"))?;
+            let found = format!("{error:#}");
+            ensure!(
+                found.contains(reason),
+                "`{function}` is refused, but not as {reason}: {found}"
+            );
+            println!("mutant refused: {found}");
+        }
     }
+    // A task that claims no bound does not lend its functions to one that has to have one.
+    let start = image.named("mutant_loop")?.range.start;
+    let mut analysis = Analysis::new(&image, &listing, &limits, &[]);
+    let problems = analysis.examine(start)?;
+    ensure!(
+        problems.len() == 1 && analysis.cost(start).is_err(),
+        "`mutant_loop` has a bound once it has been examined without"
+    );
     let bound = Bounds::of("mutant_branch", &image, &listing)?.get(Model::Instructions);
-    ensure!(bound > ADDED, "a branch of {ADDED} instructions has a bound of {bound}");
+    let start = image.named("mutant_branch")?.range.start;
+    let task = Analysis::new(&image, &listing, &limits, &[]).cost(start)?;
+    ensure!(
+        bound > ADDED && task.total(Model::Instructions) == bound,
+        "a branch of {ADDED} instructions has a bound of {bound}"
+    );
     println!("mutant with a branch of {ADDED} instructions: at most {bound}\n");
     Ok(())
 }

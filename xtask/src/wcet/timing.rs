@@ -13,11 +13,12 @@ const WAIT_STATES: u64 = 5;
 const LINE: u64 = 16;
 
 /// Assumptions of the cycle models, printed with every report.
-pub const ASSUMPTIONS: [&str; 9] = [
+pub const ASSUMPTIONS: [&str; 10] = [
     "instructions: every executed one counts, those that an IT block skips included",
     "division in core registers takes 12 cycles; vdiv and vsqrt take 14",
     "no load or store overlaps another; each takes 1 cycle and 1 per word",
     "a taken branch, a call and a return refill the pipeline in 3 cycles",
+    "a barrier costs as much as refilling the pipeline, as does an access to a special register",
     "a floating-point result costs 1 cycle more if the next instruction may use it",
     "RAM has no wait states, no DMA uses its bus, and all accesses are aligned",
     "no interrupt: the exceptions' entry, exit and lazy stacking are not included",
@@ -86,6 +87,7 @@ fn refetch(at: u64, size: u64) -> u64 {
 fn cycles(node: &Node, next: Option<&Node>) -> u64 {
     let own = match node.decoded.kind {
         Kind::Plain | Kind::Branch => 1,
+        Kind::System => 1 + REFILL,
         Kind::Double => 2,
         Kind::Divide => 12,
         Kind::Load | Kind::Store => 1 + words(node),
@@ -95,7 +97,7 @@ fn cycles(node: &Node, next: Option<&Node>) -> u64 {
         // Between two core and two single registers it takes 2.
         Kind::FloatMove => 1 + u64::from(node.instruction.operands.matches(',').count() > 1),
     };
-    let leaves = node.callee.is_some() || node.decoded.flow == Flow::Return;
+    let leaves = node.callee.is_some() || matches!(node.decoded.flow, Flow::Return | Flow::Trap);
     own + if leaves { REFILL } else { 0 }
 }
 
@@ -138,7 +140,7 @@ mod tests {
         let (mnemonic, operands) = text.split_once(' ').unwrap_or((text, ""));
         let instruction = Instruction { mnemonic: mnemonic.into(), operands: operands.into() };
         let decoded = decode(&instruction, false).unwrap();
-        Node { instruction, size: 4, decoded, callee: None, edges: Vec::new() }
+        Node { instruction, size: 4, decoded, conditional: false, callee: None, edges: Vec::new() }
     }
 
     #[test]

@@ -96,6 +96,7 @@ impl Board for Emulator {
         }
     }
 
+    #[inline(never)]
     fn receive(receiver: &mut Rx<USART2>, mut take: impl FnMut(u8)) {
         if lockstep::receive(&mut take).is_none() {
             while let Ok(byte) = receiver.read() {
@@ -104,6 +105,7 @@ impl Board for Emulator {
         }
     }
 
+    #[inline(never)]
     fn transmit(transmitter: &mut Tx<USART2>, frame: &[u8]) {
         if lockstep::is_open() {
             lockstep::transmit(frame);
@@ -112,6 +114,7 @@ impl Board for Emulator {
         }
     }
 
+    #[inline(never)]
     fn exchange() {
         if lockstep::exchange() {
             cortex_m::peripheral::NVIC::pend(Interrupt::USART2);
@@ -179,6 +182,7 @@ fn read_directives() {
 }
 
 #[cold]
+#[inline(never)]
 fn end_run(tick: u32) {
     let duty = RECORDED.each_ref().map(|duty| duty.load(Relaxed));
     eprintln!("end of run at tick {tick}, rotor duty {duty:?}");
@@ -203,6 +207,7 @@ fn stack() -> (usize, usize) {
 }
 
 #[cold]
+#[inline(never)]
 fn provoke() {
     match FAULTS.get(usize::from(FAULT.load(Relaxed))).copied() {
         Some("panic") => panic!("provoked"),
