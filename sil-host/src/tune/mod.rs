@@ -12,6 +12,7 @@ pub mod infeasible;
 pub mod margin;
 pub mod noise;
 pub mod noise_flight;
+pub mod noise_trade;
 pub mod peak;
 pub mod pole;
 pub mod proposal;

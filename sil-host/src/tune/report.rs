@@ -9,7 +9,7 @@ use super::check::Check;
 use super::design::{audit, stressed};
 use super::document::controller;
 use super::margin::Rotors;
-use super::noise::{Trade, trade};
+use super::noise_trade::{Trade, trade};
 use super::pole::Pole;
 use super::proposal::Proposal;
 use super::returning::{return_speeds, settling_times};

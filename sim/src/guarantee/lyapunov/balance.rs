@@ -18,7 +18,7 @@
 use glam::DVec3;
 
 use super::attitude::turn;
-use super::function::{Evaluated, over, over_each, products};
+use super::function::{Evaluated, EvaluatedBlock, over, over_each, products};
 use super::parameters::Parameters;
 use super::rounding::rounding;
 use super::translation::smooth_sign;
@@ -28,13 +28,6 @@ use crate::lanes::{Scalars, Vectors, all, later};
 /// `max_x (x - x h(x, 1)) = sqrt((5 sqrt 5 - 11)/2)`: the smooth sign loses at most this times
 /// `D delta` against the discontinuous one. The paper uses 1.
 pub const SMOOTHING: f64 = 0.300_283_106_000_8;
-
-/// A block of ticks with V at each of them.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct EvaluatedBlock {
-    pub ticks: Block,
-    pub v: Evaluated,
-}
 
 /// The terms of the balance over one tick, for each tick of a block.
 #[derive(Clone, Copy, Debug)]

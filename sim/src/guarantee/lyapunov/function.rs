@@ -5,7 +5,6 @@ use glam::DVec3;
 
 use super::adaptation::Resolved;
 use super::attitude::Attitude;
-use super::balance::EvaluatedBlock;
 use super::lengths::Lengths;
 use super::parameters::{Parameters, Widths};
 use super::translation::Translation;
@@ -38,6 +37,13 @@ pub struct Evaluator {
     increments: Increment,
     /// Room for a block of one tick.
     single: Option<Box<EvaluatedBlock>>,
+}
+
+/// A block of ticks with V at each of them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct EvaluatedBlock {
+    pub ticks: Block,
+    pub v: Evaluated,
 }
 
 /// V and its ingredients at each tick of a block.

@@ -25,7 +25,7 @@ mod translation;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use balance::EvaluatedBlock;
 pub use balance::SMOOTHING;
+pub(crate) use function::EvaluatedBlock;
 pub use function::Evaluator;
 pub(crate) use monitor::LyapunovMonitor;

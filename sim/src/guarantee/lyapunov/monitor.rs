@@ -1,7 +1,7 @@
 //! The guarantee on V: it obeys the balance at every tick, and decreases outside its ultimate set.
 
-use super::balance::{Balance, EvaluatedBlock};
-use super::function::{Evaluator, OUTSIDE_THE_PROOF};
+use super::balance::Balance;
+use super::function::{EvaluatedBlock, Evaluator, OUTSIDE_THE_PROOF};
 use crate::guarantee::GuaranteeConfig;
 use crate::guarantee::block::Block;
 use crate::guarantee::verdict::{Extreme, Requirement, Verdict};
