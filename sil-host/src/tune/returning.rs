@@ -23,7 +23,7 @@ pub fn return_speeds(law: &ControllerConfig) -> [f64; 2] {
 
 /// Time (s) after which a vehicle that starts at rest `distance` (m) away stays within a twentieth of that, on a
 /// horizontal axis and on the vertical one, in calm air and with attitude and mass as the law has them at the start; infinite beyond
-/// [`TIME_MAX`].
+/// five minutes.
 #[must_use]
 pub fn settling_times(law: &ControllerConfig, distance: f64) -> [f64; 2] {
     [false, true].map(|vertical| {

@@ -5,7 +5,7 @@
 //! -plugin libinsn_count.so,entry=0x8000400,range=0x8000400-0x8000900,out=counts.txt
 //! ```
 //!
-//! Or, with tasks that interrupt each other: `tasks=FILE`, a description as [`tasks::parse`] reads it, and `out`.
+//! Or, with tasks that interrupt each other: `tasks=FILE`, a description as `tasks::parse` reads it, and `out`.
 //!
 //! Counting starts when `entry` is executed and ends with the first instruction outside all
 //! `range`s (the function and everything it can call). The file `out` then has a line
