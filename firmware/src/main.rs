@@ -68,8 +68,9 @@ mod app {
     /// Bytes that may wait for `mavlink`: those of 11 ms.
     const RECEIVED_MAVLINK: usize = 1024;
     /// Frames that `state_input` judges per release, samples and references and at most one other message;
-    /// more wait in the queue. A host that sends faster than that loses frames, but costs no deadline.
-    const FRAMES_PER_RELEASE: usize = 4;
+    /// more wait in the queue: as many as a tick of flight by sensors has, a start, a sample of each sensor and a reference.
+    /// A host that sends faster than that loses frames, but costs no deadline.
+    const FRAMES_PER_RELEASE: usize = 12;
     /// Most answers per release of `telemetry`.
     const ANSWERS_PER_RELEASE: usize = 2;
 

@@ -123,24 +123,38 @@ impl Campaign {
 /// Number of runs flown, and the wish to stop.
 #[derive(Debug, Default)]
 struct Counter {
+    /// Runs in all; zero before the campaign has begun.
     total: AtomicU32,
+    /// Runs flown earlier.
+    before: AtomicU32,
     done: AtomicU32,
     violated: AtomicU32,
     cancelled: AtomicBool,
+    shown: AtomicBool,
 }
 
 impl Counter {
+    /// Calls `progress` once the campaign has begun, first with what was flown earlier.
     fn show(&self, progress: &Bound<'_, PyAny>) -> PyResult<()> {
-        let [done, total, violated] =
-            [&self.done, &self.total, &self.violated].map(|count| count.load(Ordering::Relaxed));
+        // Stored last, with all before it.
+        let total = self.total.load(Ordering::Acquire);
+        if total == 0 {
+            return Ok(());
+        }
+        if !self.shown.swap(true, Ordering::Relaxed) {
+            progress.call1((self.before.load(Ordering::Relaxed), total, 0))?;
+        }
+        let [done, violated] =
+            [&self.done, &self.violated].map(|count| count.load(Ordering::Relaxed));
         progress.call1((done, total, violated)).map(drop)
     }
 }
 
 impl CampaignProgress for Counter {
     fn begin(&self, total: u32, before: u32) {
-        self.total.store(total, Ordering::Relaxed);
+        self.before.store(before, Ordering::Relaxed);
         self.done.store(before, Ordering::Relaxed);
+        self.total.store(total, Ordering::Release);
     }
 
     fn run_completed(&self, _: f64, violated: bool) {

@@ -27,7 +27,8 @@ def test_at_rest_on_the_reference_the_thrust_is_the_estimated_weight(name: str) 
     assert output.torque.tolist() == [0.0, 0.0, 0.0]
     assert output.wrench.tolist() == [output.thrust, 0.0, 0.0, 0.0]
     assert controller.intermediates["thrust"] == output.thrust
-    assert len(controller.intermediates) == 23
+    assert len(controller.intermediates) == 24
+    assert controller.intermediates["acting_torque_body"].tolist() == [0.0, 0.0, 0.0]
 
 
 def test_a_mapping_makes_the_same_controller_as_its_scenario() -> None:

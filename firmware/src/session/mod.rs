@@ -249,12 +249,13 @@ impl<'a> HostSession<'a> {
         let Received { sequence, ref message } = received;
         self.heard = status.uptime;
         let result = match message {
-            Uplink::State { .. } | Uplink::Reference { .. } => {
+            Uplink::State { .. }
+            | Uplink::Reference { .. }
+            | Uplink::EstimatorStart(_)
+            | Uplink::Inertial { .. }
+            | Uplink::Measured(_) => {
                 self.receive(message, status);
                 return;
-            }
-            Uplink::EstimatorStart(_) | Uplink::Inertial { .. } | Uplink::Measured(_) => {
-                return self.sense(message, status);
             }
             Uplink::Hello => return self.handshake(status),
             Uplink::ParameterAt { .. } | Uplink::ParameterRead { .. } => {
@@ -283,8 +284,8 @@ impl<'a> HostSession<'a> {
         self.acknowledge(sequence, result);
     }
 
-    /// Takes a state sample or a reference, unless its tick shows that it is late; `false` for any other
-    /// message, which [`handle`](Self::handle) has to take.
+    /// Takes a state sample, samples of the host's sensors or a reference, unless its tick shows that it is late; `false`
+    /// for any other message, which [`handle`](Self::handle) has to take.
     pub fn receive(&mut self, message: &Uplink, status: ControlStatus) -> bool {
         let ControlStatus { flight_tick, uptime, .. } = status;
         self.heard = uptime;
@@ -300,6 +301,9 @@ impl<'a> HostSession<'a> {
                 if self.reference_order.accept(*tick, flight_tick) {
                     self.memory.references.receive(*reference, uptime);
                 }
+            }
+            Uplink::EstimatorStart(_) | Uplink::Inertial { .. } | Uplink::Measured(_) => {
+                self.sense(message, status);
             }
             _ => return false,
         }
