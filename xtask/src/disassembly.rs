@@ -58,6 +58,15 @@ fn parse(line: &str) -> Option<(u64, Instruction)> {
     Some((address, instruction))
 }
 
+/// The number of an immediate operand, `#12` or `#0x1f`.
+pub fn immediate(operand: &str) -> Option<u64> {
+    let text = operand.trim().strip_prefix('#')?;
+    match text.strip_prefix("0x") {
+        Some(digits) => u64::from_str_radix(digits, 16).ok(),
+        None => text.parse().ok(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::parse;

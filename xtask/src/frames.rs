@@ -3,7 +3,7 @@
 
 use anyhow::{Result, bail};
 
-use crate::disassembly::Instruction;
+use crate::disassembly::{Instruction, immediate};
 
 /// Bytes by which `instructions`, those of one function, lower the stack pointer: the sum of all
 /// that do, even if no path meets them all. Fails when one lowers it by what a register holds.
@@ -27,13 +27,13 @@ fn lowering(instruction: &Instruction) -> Result<u64> {
         return Ok(bytes(list()));
     }
     if name.starts_with("sub") && operands.starts_with("sp,") {
-        return match immediate(operands) {
+        return match last_immediate(operands) {
             Some(bytes) => Ok(bytes),
             None => bail!("{shown} lowers the stack pointer by an unknown amount"),
         };
     }
     if name.starts_with("str") && operands.contains("[sp, #-") && operands.ends_with("]!") {
-        return Ok(immediate(operands.trim_end_matches("]!")).unwrap_or(16));
+        return Ok(last_immediate(operands.trim_end_matches("]!")).unwrap_or(16));
     }
     Ok(0)
 }
@@ -44,13 +44,9 @@ fn bytes(list: &str) -> u64 {
     names.map(|name| if name.starts_with('d') { 8 } else { 4 }).sum()
 }
 
-/// The number behind the last `#`.
-fn immediate(operands: &str) -> Option<u64> {
-    let text = operands.rsplit_once('#')?.1.trim_start_matches('-');
-    match text.strip_prefix("0x") {
-        Some(digits) => u64::from_str_radix(digits, 16).ok(),
-        None => text.parse().ok(),
-    }
+/// The size of the number behind the last `#`.
+fn last_immediate(operands: &str) -> Option<u64> {
+    immediate(&operands[operands.rfind('#')?..].replace('-', ""))
 }
 
 #[cfg(test)]

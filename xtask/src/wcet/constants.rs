@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use super::flow::{FlowGraph, Node};
 use super::instruction::{Flow, Kind};
+use crate::disassembly::immediate;
 
 /// Known values of r0 to r12 and lr, by number.
 pub type Registers = BTreeMap<u8, u64>;
@@ -96,14 +97,6 @@ pub fn number(name: &str) -> Option<u8> {
         "lr" => Some(14),
         "pc" => Some(15),
         name => name.strip_prefix('r')?.parse().ok().filter(|number| *number < 13),
-    }
-}
-
-fn immediate(text: &str) -> Option<u64> {
-    let text = text.trim().strip_prefix('#')?;
-    match text.strip_prefix("0x") {
-        Some(digits) => u64::from_str_radix(digits, 16).ok(),
-        None => text.parse().ok(),
     }
 }
 

@@ -24,6 +24,7 @@ use super::constants::{Constants, advance};
 use super::flow::FlowGraph;
 use super::library::{LIBRARY, copies_words};
 use super::path::{Limit, Loop};
+use crate::disassembly::immediate;
 use crate::sources::{Place, Sources};
 
 /// Most rounds of a loop whose bound is derived.
@@ -366,14 +367,6 @@ fn derived(found: &Loop, graph: &FlowGraph, constants: &Constants) -> Option<u64
         }
     }
     None
-}
-
-fn immediate(text: &str) -> Option<u64> {
-    let text = text.strip_prefix('#')?;
-    match text.strip_prefix("0x") {
-        Some(digits) => u64::from_str_radix(digits, 16).ok(),
-        None => text.parse().ok(),
-    }
 }
 
 #[cfg(test)]
