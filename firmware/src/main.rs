@@ -69,7 +69,7 @@ mod app {
     const RECEIVED_MAVLINK: usize = 1024;
     /// Frames that `state_input` judges per release, samples and references and at most one other message;
     /// more wait in the queue: as many as a tick of flight by sensors has, a start, a sample of each sensor and a reference.
-    /// A host that sends faster than that loses frames, but costs no deadline.
+    /// A host that sends faster loses frames; a full queue at once may cost this task its deadline, never control its own.
     const FRAMES_PER_RELEASE: usize = 12;
     /// Most answers per release of `telemetry`.
     const ANSWERS_PER_RELEASE: usize = 2;
