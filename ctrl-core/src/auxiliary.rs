@@ -8,7 +8,7 @@
 //! ```
 //! The terms are simplest in body axes. As `R_a eps_a = eps_a`, let `E = R_ta^T eps_a = R^T eps_a` and
 //! `o = R_ta^T W_a = w_a - k5 E`; then `q_a` moves with the world-frame rate `R_a W_a = R o`, and
-//! `E' = 1/2 (eta_a o + E × o) - (w - o) × E`.
+//! `E' = 1/2 (eta_a o + E × o) - (w - o) × E = 1/2 eta_a o + E × (w - o/2)`.
 
 use glam::{Mat3, Quat, Vec3};
 #[cfg(feature = "serde")]
@@ -79,7 +79,7 @@ impl AuxiliaryTerms {
     #[inline(always)]
     pub fn attitude_term_dot(&self, w: Vec3) -> Vec3 {
         let (eps, o) = (self.eps_body, self.rate_body());
-        self.k5 * (0.5 * (self.eta * o + eps.cross(o)) - (w - o).cross(eps))
+        self.k5 * ((0.5 * self.eta) * o + eps.cross(w - 0.5 * o))
     }
 }
 

@@ -114,11 +114,26 @@ impl Jet<Vec3> {
         product(self, y, Vec3::dot)
     }
 
-    /// Vector product `x × y`.
+    /// Vector product `x × y`, term by term: each is multiplied into the sum.
     #[inline(always)]
     #[must_use]
     pub fn cross(self, y: Self) -> Self {
-        product(self, y, Vec3::cross)
+        let (x, twice) = (self, self.first + self.first);
+        let first = |i: usize, j: usize| {
+            (x.first[i] * y.value[j] - x.first[j] * y.value[i]) + x.value[i] * y.first[j]
+                - x.value[j] * y.first[i]
+        };
+        let second = |i: usize, j: usize| {
+            (x.second[i] * y.value[j] - x.second[j] * y.value[i]) + twice[i] * y.first[j]
+                - twice[j] * y.first[i]
+                + x.value[i] * y.second[j]
+                - x.value[j] * y.second[i]
+        };
+        Self::new(
+            x.value.cross(y.value),
+            Vec3::new(first(1, 2), first(2, 0), first(0, 1)),
+            Vec3::new(second(1, 2), second(2, 0), second(0, 1)),
+        )
     }
 
     /// Euclidean norm `|x|`; the caller sees to `x != 0`.

@@ -68,11 +68,17 @@ pub fn quaternion_rate(q: Quat, rate_body: Vec3) -> (f32, Vec3) {
 #[inline(always)]
 #[must_use]
 pub fn renormalised(q: Quat) -> Option<Quat> {
+    brought_to_unit(q).map(|(q, _)| q)
+}
+
+/// [`renormalised`], and `true` if `q` was within 1e-3 of unit length.
+#[inline(always)]
+pub(crate) fn brought_to_unit(q: Quat) -> Option<(Quat, bool)> {
     let excess = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0;
     if excess.abs() <= 1e-3 {
-        return Some(q * (1.0 - 0.5 * excess));
+        return Some((q * (1.0 - 0.5 * excess), true));
     }
-    (-0.75..=3.0).contains(&excess).then(|| q * (1.0 / sqrt(1.0 + excess)))
+    (-0.75..=3.0).contains(&excess).then(|| (q * (1.0 / sqrt(1.0 + excess)), false))
 }
 
 /// The unit quaternion of the matrix whose columns are the orthonormal `r` (either sign).

@@ -47,6 +47,9 @@ pub struct Saturated {
     rotors: Option<RotorLag>,
     /// `D2/J_lo`.
     disturbance_rate: Vec3,
+    /// `gamma2` and `gamma3` times the step period.
+    gamma2_step: Vec3,
+    gamma3_step: f32,
 }
 
 /// Memory of controller 2 between two steps.
@@ -71,10 +74,13 @@ struct Law {
     /// Mean of the torque that acts over the step: `torque` without a model of the rotors.
     acting: Vec3,
     saturated: bool,
+    /// `B`.
+    products: Vec3,
     /// `theta_hat`.
     theta: Vec3,
-    inverse_inertia_rate: Vec3,
-    gyroscopic_ratio_rate: Vec3,
+    /// What the step adds to `theta_hat` and `Pi_hat`.
+    inverse_inertia_increment: Vec3,
+    gyroscopic_ratio_increment: Vec3,
     /// `s_hat'`.
     lasting_rate: Vec3,
 }
@@ -147,6 +153,8 @@ impl Saturated {
             auxiliary: AuxiliaryIntegrator::new(config.k4, config.step_period),
             rotors,
             disturbance_rate: config.uncertainty.disturbance_torque / lower,
+            gamma2_step: config.step_period * config.gamma2,
+            gamma3_step: config.step_period * config.gamma3,
         })
     }
 
@@ -231,9 +239,10 @@ impl Saturated {
             torque,
             acting,
             saturated,
+            products,
             theta,
-            inverse_inertia_rate: config.gamma2 * acting * rate_error, // (51)
-            gyroscopic_ratio_rate: config.gamma3 * products * rate_error, // (52)
+            inverse_inertia_increment: self.gamma2_step * (acting * rate_error), // (51)
+            gyroscopic_ratio_increment: self.gamma3_step * (products * rate_error), // (52)
             lasting_rate,
         }
     }
@@ -241,7 +250,6 @@ impl Saturated {
     /// Advances the memory; called only when every number is finite.
     #[inline(always)]
     fn commit(&self, state: &mut SaturatedState, evaluation: &Evaluation, law: &Law) -> StepOutput {
-        let dt = self.config.step_period;
         let mut status = evaluation.status;
         status.set(StepStatus::TORQUE_SATURATED, law.saturated);
         let mut driven = law.saturated;
@@ -250,14 +258,15 @@ impl Saturated {
             driven = true;
         }
         let (lower, upper) = (self.inverse_inertia_min, self.inverse_inertia_max);
-        let theta = state.inverse_inertia.advance(dt * law.inverse_inertia_rate, lower, upper);
-        let increment = dt * law.gyroscopic_ratio_rate;
+        let theta = state.inverse_inertia.advance(law.inverse_inertia_increment, lower, upper);
+        let increment = law.gyroscopic_ratio_increment;
         let pi = state.gyroscopic_ratio.advance_within_one(increment, Vec3::ONE);
         if theta | pi {
             status |= StepStatus::INERTIA_PROJECTED;
         }
         status |= self.cascade.integrate_torque(&mut state.cascade, law.lasting_rate);
         if driven || state.auxiliary.is_some() {
+            let dt = self.config.step_period;
             let rate_world = evaluation.virtual_rate.auxiliary_rate_world;
             let drive = law.auxiliary_drive();
             status |= self.auxiliary.advance(&mut state.auxiliary, dt, rate_world, drive, driven);
@@ -333,8 +342,8 @@ impl AdaptiveController for Saturated {
         let auxiliary = state.auxiliary.as_ref().map(|at| (at, self.config.k5));
         let evaluation = self.cascade.evaluate(&state.cascade, &input, vehicle, auxiliary);
         let law = self.law(state, &evaluation, vehicle.rate_body);
-        let rates = law.inverse_inertia_rate + law.gyroscopic_ratio_rate;
-        let sum = (law.torque_demand + rates).element_sum();
+        let increments = law.inverse_inertia_increment + law.gyroscopic_ratio_increment;
+        let sum = (law.torque_demand + increments).element_sum();
         if !evaluation.is_usable(law.rate_error, sum) {
             return self.cascade.hold(&mut state.cascade, vehicle, reference);
         }
@@ -343,8 +352,8 @@ impl AdaptiveController for Saturated {
             torque_demand_body: law.torque_demand,
             torque_body: law.torque,
             acting_torque_body: law.acting,
-            inverse_inertia_rate: law.inverse_inertia_rate,
-            gyroscopic_ratio_rate: law.gyroscopic_ratio_rate,
+            inverse_inertia_rate: self.config.gamma2 * law.acting * law.rate_error,
+            gyroscopic_ratio_rate: self.config.gamma3 * law.products * law.rate_error,
             lasting_torque_rate: law.lasting_rate,
             auxiliary_attitude_rate: attitude_rate(
                 state.auxiliary,

@@ -45,22 +45,22 @@ impl Response {
 #[must_use]
 pub fn sigma(x: Vec3, limit: f32) -> Response {
     let tanh = tanh_each(x);
-    let slope = limit * (1.0 - tanh * tanh);
-    Response { value: limit * tanh, slope, bend: -2.0 * tanh }
+    let value = limit * tanh;
+    Response { value, slope: limit - value * tanh, bend: -2.0 * tanh }
 }
 
-/// `h(x, delta) = x/sqrt(x^2 + delta^2)` (17), element-wise; takes `delta^2 > 0`.
+/// `weight h(x, delta)`, `h = x/sqrt(x^2 + delta^2)` (17), element-wise; takes `delta^2 > 0`.
 #[inline(always)]
 #[must_use]
-pub fn smooth_sign(x: Vec3, delta_squared: f32) -> Response {
+pub fn smooth_sign(x: Vec3, weight: f32, delta_squared: f32) -> Response {
     let square = x * x + delta_squared;
     let inverse = Vec3::new(1.0 / sqrt(square.x), 1.0 / sqrt(square.y), 1.0 / sqrt(square.z));
-    let value = x * inverse;
-    let slope = delta_squared * inverse * inverse * inverse;
-    Response { value, slope, bend: -3.0 * value * inverse }
+    let square = inverse * inverse;
+    let scale = weight * inverse;
+    Response { value: x * scale, slope: scale * (delta_squared * square), bend: -3.0 * x * square }
 }
 
-/// The value of [`smooth_sign`] alone.
+/// The value of [`smooth_sign`] alone, with weight one.
 #[inline(always)]
 #[must_use]
 pub fn smooth_sign_value(x: Vec3, delta_squared: f32) -> Vec3 {
@@ -194,8 +194,8 @@ mod tests {
             };
             check(sigma(Vec3::splat(x), 3.0), &|x| 3.0 * x.tanh(), "sigma");
             check(
-                smooth_sign(Vec3::splat(x), delta_squared),
-                &|x| x / (x * x + f64::from(delta_squared)).sqrt(),
+                smooth_sign(Vec3::splat(x), 0.7, delta_squared),
+                &|x| 0.7 * x / (x * x + f64::from(delta_squared)).sqrt(),
                 "smooth sign",
             );
         }

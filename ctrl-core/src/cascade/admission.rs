@@ -9,7 +9,7 @@ use glam::{Mat3, Quat, Vec3};
 use super::{Cascade, CascadeState, Evaluation};
 use crate::controller::{StepOutput, StepStatus};
 use crate::reference::Reference;
-use crate::rotation::renormalised;
+use crate::rotation::{brought_to_unit, renormalised};
 use crate::saturation::clip;
 use crate::vehicle::VehicleState;
 
@@ -45,9 +45,9 @@ impl Cascade {
         clipped: &'a mut Option<Reference>,
     ) -> Option<Admitted<'a>> {
         let q = vehicle.attitude;
-        let attitude = renormalised(q)?;
+        let (attitude, near) = brought_to_unit(q)?;
         let mut status = StepStatus::empty();
-        if (q.length_squared() - 1.0).abs() > UNIT_TOLERANCE {
+        if !near && (q.length_squared() - 1.0).abs() > UNIT_TOLERANCE {
             status |= StepStatus::ATTITUDE_RENORMALISED;
         }
         let reference = if self.within_bound(reference.acceleration_world) {
@@ -109,10 +109,9 @@ impl Evaluation {
     /// of step 4, so not finite if one of them is not.
     #[inline(always)]
     pub fn is_usable(&self, rate_error: Vec3, step_4: f32) -> bool {
-        let square = self.force.position_error.length_squared()
-            + self.force.velocity_error.length_squared()
-            + rate_error.length_squared()
-            + self.virtual_rate.mu_dot.length_squared();
+        let square = rate_error.length_squared()
+            + self.virtual_rate.mu_dot.length_squared()
+            + self.force.error_square;
         let sum = self.force.thrust + self.force.inverse_mass_rate + step_4;
         square + 0.0 * sum < SQUARE_MAX // 0 times an infinity is NaN
     }

@@ -41,6 +41,8 @@ use crate::vehicle::{GRAVITY, VehicleState};
 pub(crate) struct ForceCommand {
     pub position_error: Vec3,
     pub velocity_error: Vec3,
+    /// `|e_p|^2 + |e_v|^2`, kept in their place until the results are checked.
+    pub error_square: f32,
     /// `G` and `G'`.
     pub g: Vec3,
     pub g_dot: Vec3,
@@ -85,16 +87,14 @@ impl Shaped {
         let sigma1 = sigma(lambda1, gains.m1);
         let sigma2 = sigma(lambda2, gains.m2);
         let g = gains.k2 * (sigma1.value + sigma2.value) + gains.k1 * velocity_error; // (16)
-        let sign = smooth_sign(g, delta_squared); // (17)
+        let sign = smooth_sign(g, law.uncertainty.disturbance_acceleration, delta_squared); // (17)
         Self { position_error, velocity_error, sigma1, sigma2, g, sign }
     }
 
     /// `u` (13), given the reference's specific force `g e3 + p_d''`.
     #[inline(always)]
-    fn command(&self, law: &Cascade, specific_force: Vec3) -> Vec3 {
-        specific_force
-            - (self.sigma1.value + self.sigma2.value)
-            - law.uncertainty.disturbance_acceleration * self.sign.value
+    fn command(&self, specific_force: Vec3) -> Vec3 {
+        specific_force - (self.sigma1.value + self.sigma2.value) - self.sign.value
     }
 }
 
@@ -147,13 +147,12 @@ fn command<const INTEGRAL: bool>(
     reference: &Reference,
 ) -> ForceCommand {
     let gains = &law.gains;
-    let d1 = law.uncertainty.disturbance_acceleration;
     let specific_force = reference.specific_force();
     let integral = if INTEGRAL { law.integral.force.as_ref() } else { None };
 
     // First pass: u.
     let shaped = Shaped::new(law, delta_squared, vehicle, reference);
-    let mut u = shaped.command(law, specific_force.value); // (13)
+    let mut u = shaped.command(specific_force.value); // (13)
     if INTEGRAL {
         u -= d_hat;
     }
@@ -171,7 +170,7 @@ fn command<const INTEGRAL: bool>(
     let first = Motion::new(law, shaped.velocity_error, error_2);
     let sigma_dot = shaped.sigma1.first(first.lambda1) + shaped.sigma2.first(first.lambda2);
     let g_dot = gains.k2 * sigma_dot + gains.k1 * error_2;
-    let mut u_dot = specific_force.first - sigma_dot - d1 * shaped.sign.first(g_dot);
+    let mut u_dot = specific_force.first - sigma_dot - shaped.sign.first(g_dot);
     if INTEGRAL {
         u_dot -= lasting_rate;
     }
@@ -188,7 +187,7 @@ fn command<const INTEGRAL: bool>(
     let sigma_ddot = shaped.sigma1.second(first.lambda1, second.lambda1)
         + shaped.sigma2.second(first.lambda2, second.lambda2);
     let g_ddot = gains.k2 * sigma_ddot + gains.k1 * error_3;
-    let mut u_ddot = specific_force.second - sigma_ddot - d1 * shaped.sign.second(g_dot, g_ddot);
+    let mut u_ddot = specific_force.second - sigma_ddot - shaped.sign.second(g_dot, g_ddot);
     if let Some(integral) = integral {
         u_ddot -= integral.rate_dot(lasting_rate, horizontal(g_dot));
     }
@@ -198,6 +197,8 @@ fn command<const INTEGRAL: bool>(
     ForceCommand {
         position_error: shaped.position_error,
         velocity_error: shaped.velocity_error,
+        error_square: shaped.position_error.length_squared()
+            + shaped.velocity_error.length_squared(),
         g,
         g_dot,
         u: Jet::new(u, u_dot, u_ddot),

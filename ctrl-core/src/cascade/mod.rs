@@ -44,6 +44,8 @@ pub(crate) struct Cascade {
     inverse_mass_max: f32,
     /// `1 - exp(-2 delta_1 dt)`: what one step takes off the decaying part of `delta^2`.
     smoothing_decay: f32,
+    /// `2 c`.
+    twice_c: f32,
     /// Squares of the floors of `delta`.
     floor_translation: f32,
     floor_rotation: f32,

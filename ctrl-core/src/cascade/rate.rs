@@ -74,7 +74,7 @@ pub(crate) fn virtual_rate(
     let g_dot = transpose_mul(&desired.axes_world, force.g_dot) - w_r.cross(g);
     let y = eta * g - eps.cross(g);
     let y_dot = eta_dot * g + eta * g_dot - eps_dot.cross(g) - eps.cross(g_dot);
-    let twice_c = 2.0 * law.gains.c;
+    let twice_c = law.twice_c;
     let (weight, weight_dot) = (twice_c * force.n, twice_c * force.n_dot); // beta f = n
 
     let mut mu = add_coupling(forward - k3 * eps, weight, y); // (31), (49)

@@ -55,6 +55,7 @@ impl Cascade {
             inverse_mass_min: 1.0 / uncertainty.mass.upper,
             inverse_mass_max: 1.0 / uncertainty.mass.lower,
             smoothing_decay: -libm::expm1f(-2.0 * gains.delta_1 * step_period),
+            twice_c: 2.0 * gains.c,
             floor_translation: gains.delta_min_translation * gains.delta_min_translation,
             floor_rotation: gains.delta_min_rotation * gains.delta_min_rotation,
         })
