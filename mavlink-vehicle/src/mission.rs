@@ -24,6 +24,15 @@ const MISSION: u8 = 0;
 /// Kind of list: all of them.
 const ALL: u8 = 255;
 
+/// Filler of a list.
+const BLANK: MissionItem = MissionItem {
+    kind: MissionKind::Waypoint,
+    position_world: Vec3::ZERO,
+    yaw: None,
+    hold_time: 0.0,
+    number: 0,
+};
+
 /// An upload on its way.
 #[derive(Clone, Copy, Debug)]
 struct Upload {
@@ -31,6 +40,8 @@ struct Upload {
     count: u16,
     attempts: u8,
     asked: u64,
+    /// Home of the world frame that the items are converted by (m).
+    home: Vec3,
 }
 
 /// The mission as it came, and the one that is coming.
@@ -38,13 +49,17 @@ struct Upload {
 pub(crate) struct MissionStore {
     items: List<Item, MISSION_MAX>,
     arriving: List<Item, MISSION_MAX>,
+    /// The arriving ones as the core flies them: each is converted when it comes, so that the last one has
+    /// no more to do than the others.
+    flown: List<MissionItem, MISSION_MAX>,
     upload: Option<Upload>,
 }
 
 impl MissionStore {
     pub(crate) const fn new() -> Self {
         let empty = List::empty(Item::ZERO);
-        Self { items: empty, arriving: empty, upload: None }
+        let flown = List::empty(BLANK);
+        Self { items: empty, arriving: empty, flown, upload: None }
     }
 }
 
@@ -72,8 +87,9 @@ impl Protocol<'_> {
             return self.clear_mission(kind, station, vehicle);
         }
         self.memory.mission.arriving.truncate(0);
-        let asked = vehicle.view().time;
-        self.memory.mission.upload = Some(Upload { station, count, attempts: 0, asked });
+        self.memory.mission.flown.truncate(0);
+        let (asked, home) = (vehicle.view().time, vehicle.navigator().home_world());
+        self.memory.mission.upload = Some(Upload { station, count, attempts: 0, asked, home });
         self.request_item();
     }
 
@@ -96,18 +112,13 @@ impl Protocol<'_> {
         }
         (upload.attempts, upload.asked) = (0, vehicle.view().time);
         let complete = item.sequence + 1 >= upload.count;
-        if let Err(result) = flyable(&self.config, &item, vehicle.navigator()) {
-            self.memory.mission.upload = None;
-            let Item { sequence, command, frame, .. } = item;
-            // wcet: at most 2 iterations
-            let [sequence, command] = [sequence, command].map(|number| Part::Count(number.into()));
-            let (item, refused) = (Part::Text("item "), Part::Text(" refused: command "));
-            let (before, frame) = (Part::Text(", frame "), Part::Count(frame.into()));
-            self.say(Severity::Warning, &[item, sequence, refused, command, before, frame]);
-            return self.end_mission(result, MISSION, station);
-        }
+        let flown = match flyable(&self.config, &item, upload.home, vehicle.navigator()) {
+            Ok(flown) => flown,
+            Err(result) => return self.refuse_item(&item, result, station),
+        };
         // There is room: the count was checked.
         let _ = self.memory.mission.arriving.push(item);
+        let _ = self.memory.mission.flown.push(flown);
         if complete {
             self.finish_upload(station, vehicle);
         } else {
@@ -115,14 +126,31 @@ impl Protocol<'_> {
         }
     }
 
-    fn finish_upload<V: Vehicle>(&mut self, station: (u8, u8), vehicle: &mut V) {
+    /// Gives an upload up for an item that the core cannot fly.
+    fn refuse_item(&mut self, item: &Item, result: MavMissionResult, station: (u8, u8)) {
         self.memory.mission.upload = None;
-        let (config, home) = (self.config, vehicle.navigator().home_world());
-        // Every item was flyable when it came. Converted again rather than kept: a second list is kilobytes.
-        let items = self.memory.mission.arriving.iter();
-        // wcet: at most 128 iterations in all
-        let flown = items.filter_map(|item| flown(&config, item, home).ok());
-        let result = match vehicle.navigator().set_mission(flown) {
+        let Item { sequence, command, frame, .. } = *item;
+        // wcet: at most 2 iterations
+        let [sequence, command] = [sequence, command].map(|number| Part::Count(number.into()));
+        let (item, refused) = (Part::Text("item "), Part::Text(" refused: command "));
+        let (before, frame) = (Part::Text(", frame "), Part::Count(frame.into()));
+        self.say(Severity::Warning, &[item, sequence, refused, command, before, frame]);
+        self.end_mission(result, MISSION, station);
+    }
+
+    /// Puts a complete upload in force, unless home has moved since it began.
+    fn finish_upload<V: Vehicle>(&mut self, station: (u8, u8), vehicle: &mut V) {
+        let begun = self.memory.mission.upload.take().map(|upload| upload.home);
+        let navigator = vehicle.navigator();
+        if begun != Some(navigator.home_world()) {
+            self.say(
+                Severity::Warning,
+                &[Part::Text("mission refused: home has moved, send it again")],
+            );
+            let result = MavMissionResult::MAV_MISSION_OPERATION_CANCELLED;
+            return self.end_mission(result, MISSION, station);
+        }
+        let result = match navigator.set_mission(self.memory.mission.flown.iter().copied()) {
             Ok(()) => {
                 self.memory.mission.items = self.memory.mission.arriving;
                 MavMissionResult::MAV_MISSION_ACCEPTED
@@ -223,14 +251,16 @@ impl Protocol<'_> {
     }
 }
 
-/// Refuses an item that the core cannot fly.
+/// The item as the core flies it; refuses one that it cannot fly. `home` is that of the world frame (m).
 fn flyable(
     config: &ProtocolConfig,
     item: &Item,
+    home: Vec3,
     navigator: &Navigator,
-) -> Result<(), MavMissionResult> {
-    let item = flown(config, item, navigator.home_world())?;
-    navigator.check_item(&item).map_err(|_| MavMissionResult::MAV_MISSION_INVALID)
+) -> Result<MissionItem, MavMissionResult> {
+    let item = flown(config, item, home)?;
+    let checked = navigator.check_item(&item);
+    checked.map(|()| item).map_err(|_| MavMissionResult::MAV_MISSION_INVALID)
 }
 
 /// The item as the core flies it, unchecked; `home` is that of the world frame (m).
