@@ -33,10 +33,10 @@ pub struct OnboardNavigation {
 }
 
 impl OnboardNavigation {
-    /// Off: the vehicle flies by the states that its host sends.
+    /// Off: the vehicle flies by the states that its host sends. All zero, so that a static of it takes no flash.
     #[must_use]
     pub const fn new() -> Self {
-        let shift = ReferenceShift::new(1.0);
+        let shift = ReferenceShift::new(0.0); // that of the flight comes with its start
         Self { estimator: None, state: EstimatorState::BLANK, shift, started: false }
     }
 
@@ -93,10 +93,12 @@ impl OnboardNavigation {
         if !self.started {
             return None;
         }
+        // wcet: at most MISSED_MAX iterations
         for _ in 0..frame.missed.min(MISSED_MAX) {
             estimator.predict(state, &MISSING);
         }
         estimator.predict(state, frame.inertial.as_ref().unwrap_or(&MISSING));
+        // wcet: at most 8 iterations
         for measurement in frame.measurements.iter().flatten() {
             estimator.correct(state, measurement);
         }

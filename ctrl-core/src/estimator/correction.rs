@@ -133,12 +133,14 @@ impl Estimator {
         let inside = |projection: &Projection, innovation: f32| {
             innovation * innovation <= gate * projection.variance
         };
+        // wcet: at most 2 iterations
         for ((innovation, row), noise) in innovations.iter().zip(&rows).zip(&noises).skip(1) {
             if !inside(&state.covariance.project(row, *noise), *innovation) {
                 return Verdict::Rejected;
             }
         }
         let mut gathered = Gathered { correction: [0.0; STATES], normalised: 0.0, components: 0 };
+        // wcet: at most 3 iterations
         for ((innovation, row), noise) in innovations.iter().zip(&rows).zip(&noises) {
             let projection = state.covariance.project(row, *noise);
             let rest = innovation - row.of(&gathered.correction);
@@ -146,6 +148,7 @@ impl Estimator {
                 return Verdict::Rejected;
             }
             let gain = state.covariance.correct(&projection);
+            // wcet: at most 16 iterations
             for (correction, k) in gathered.correction.iter_mut().zip(&gain) {
                 *correction += k * rest;
             }

@@ -34,6 +34,7 @@ impl Health {
     #[inline(always)]
     pub(super) fn is_stuck<const N: usize>(&mut self, numbers: &[f32; N], limit: u16) -> bool {
         let mut same = true;
+        // wcet: at most 6 iterations
         for (last, number) in self.last.iter_mut().zip(numbers) {
             same &= *last == number.to_bits();
             *last = number.to_bits();

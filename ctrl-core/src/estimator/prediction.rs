@@ -87,6 +87,7 @@ impl Estimator {
             (VELOCITY, velocity + self.distortion * moving[1])
         };
         state.covariance.add_barometer_noise(barometer_bias);
+        // wcet: at most 3 iterations
         for k in 0..3 {
             state.covariance.add_noise(first + k, factor * noise);
         }

@@ -28,11 +28,8 @@ pub const GROUND_ONLY: &[(&str, &str)] = &[
     ("HostSession>::accept_built_in_trajectory", "parameters are stored while disarmed"),
     ("ParameterStore<F>::append", "as above"),
     ("HostSession>::next_to_store", "as above"),
-    (
-        "OnboardNavigation::step",
-        "samples come from simulated sensors only, until drivers are aboard",
-    ),
-    ("OnboardNavigation::configure", "as above"),
+    ("OnboardNavigation::configure", "settings are refused in flight"),
+    ("Estimator::start_in", "a start of the estimate is taken on the ground"),
     ("SigningKey::sign", "the image has no key"),
     ("FlightControl::replace_law", "a law is replaced on the ground"),
     ("firmware::app::announce", "lock step only, in which the vehicle waits for its host anyway"),
@@ -60,6 +57,8 @@ pub struct Traffic {
     bytes: u64,
     /// Constants for a release that finds all of it.
     constants: &'static [(&'static str, u64)],
+    /// Functions that such a release does not call, by parts of their names.
+    without: &'static [&'static str],
     /// Bytes of a ground station per tick.
     station: u64,
     /// A task without a bound holds its locks, for example to carry out a message of a ground station.
@@ -69,7 +68,9 @@ pub struct Traffic {
 }
 
 /// A state takes 67 bytes, a reference 111; a full line carries 200 per millisecond.
-pub const TRAFFIC: [Traffic; 2] = [
+/// By sensors, a tick has an inertial sample and at most one of each other source; the estimator then predicts up to
+/// three times and corrects up to eight.
+pub const TRAFFIC: [Traffic; 3] = [
     Traffic {
         name: "a state per tick",
         frames: 1,
@@ -77,6 +78,7 @@ pub const TRAFFIC: [Traffic; 2] = [
         unbounded: false,
         bytes: 67,
         constants: &[("FRAMES_PER_RELEASE", 1), ("RECEIVED", 67)],
+        without: &[ESTIMATOR],
         hard: &[
             "receive",
             "receive_mavlink",
@@ -93,9 +95,23 @@ pub const TRAFFIC: [Traffic; 2] = [
         unbounded: true,
         bytes: 200,
         constants: &[("FRAMES_PER_RELEASE", 2), ("RECEIVED", 200)],
+        without: &[ESTIMATOR],
+        hard: &["receive", "receive_mavlink", "control"],
+    },
+    Traffic {
+        name: "by sensors",
+        frames: 9,
+        station: 20,
+        unbounded: false,
+        bytes: 200,
+        constants: &[("FRAMES_PER_RELEASE", 9), ("RECEIVED", 200)],
+        without: &[],
         hard: &["receive", "receive_mavlink", "control"],
     },
 ];
+
+/// The estimator aboard, which is off while the host sends states.
+const ESTIMATOR: &str = "OnboardNavigation::step";
 
 /// Least time between two bytes of the link: 10 bits at 2 Mbit/s (us).
 const BYTE: u64 = 5;
@@ -345,8 +361,8 @@ impl StateInput {
         let start = |name: &str| image.named_like(name).map(|function| function.range.start);
         let root = image.named("DCMI")?.range.start;
         let other = [HANDLE, FRAME].map(|name| busy.cost(start(name)?));
-        let samples = View::new(path, traffic.constants, &[HANDLE])?;
-        let without = [HANDLE, FRAME, TRAJECTORY, PILOT, "app::next_frame"];
+        let samples = View::new(path, traffic.constants, &[&[HANDLE], traffic.without].concat())?;
+        let without = [HANDLE, FRAME, TRAJECTORY, PILOT, ESTIMATOR, "app::next_frame"];
         let nothing = View::new(path, NOTHING, &without)?;
         Ok(Self {
             samples: samples.analysis(image, listing).cost(root)?,
