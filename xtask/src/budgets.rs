@@ -9,6 +9,7 @@ use toml_edit::DocumentMut;
 use crate::cycles::CLOCK;
 use crate::elf::Image;
 use crate::estimator::{Cost, IMAGE};
+use crate::image_stack::WorstCase;
 use crate::measurement::{Measurement, prepare};
 use crate::step_image::CONTROLLERS;
 use crate::{allocation, c_library, filter, firmware, image_stack, mavlink_task, step_image, wcet};
@@ -162,7 +163,7 @@ fn firmware_rows() -> Result<Vec<Row>> {
     let path = firmware::image("board");
     let image = Image::read(&path)?;
     println!("\nfirmware-board: worst-case stack, each handler on top of the ones before");
-    let stack = image_stack::worst_case(&path)?;
+    let WorstCase { all: stack, without } = image_stack::worst_case(&path, &mavlink_task::OWN)?;
     let painted = firmware::painted_stack()?;
     println!("  {stack:>6} B in all; {painted} B seen in painted memory of the emulated image");
     ensure!(painted <= stack, "painted memory shows more stack than the call graph");
@@ -173,6 +174,8 @@ fn firmware_rows() -> Result<Vec<Row>> {
         ("firmware-board", "flash", image.flash),
         ("firmware-board", "static_ram", image.static_ram),
         ("firmware-board", "stack", stack),
+        ("firmware-core", "flash", image.flash - mavlink.with_pilot_and_estimator),
+        ("firmware-core", "stack", without),
         ("firmware-mavlink", "flash", mavlink.flash),
         ("firmware-mavlink", "ram", mavlink.ram),
         ("firmware-mavlink", "stack", mavlink.stack),

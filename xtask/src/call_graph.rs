@@ -35,6 +35,17 @@ impl CallGraph {
 
     /// As [`walk`](Self::walk), from the function that starts at `root`.
     pub fn walk_from(image: &Image, listing: &Listing, root: u64) -> Result<Self> {
+        Self::walk_without(image, listing, root, &[])
+    }
+
+    /// As [`walk_from`](Self::walk_from), but for functions whose names contain one of `apart`, and what only they
+    /// call.
+    pub fn walk_without(
+        image: &Image,
+        listing: &Listing,
+        root: u64,
+        apart: &[&str],
+    ) -> Result<Self> {
         let (mut nodes, mut open) = (BTreeMap::new(), vec![(root, String::new())]);
         while let Some((address, path)) = open.pop() {
             if nodes.contains_key(&address) {
@@ -44,7 +55,11 @@ impl CallGraph {
                 format!("a call leads to {address:#x}, where no function is ({path})")
             })?;
             let path = format!("{path} > {}", function.name);
-            let node = node(function, listing, image).with_context(|| path.clone())?;
+            let mut node = node(function, listing, image).with_context(|| path.clone())?;
+            node.calls.retain(|(_, callee)| {
+                let name = image.containing(*callee).map_or("", |callee| &callee.name);
+                !apart.iter().any(|part| name.contains(part))
+            });
             open.extend(node.calls.iter().map(|(_, callee)| (*callee, path.clone())));
             nodes.insert(address, node);
         }

@@ -69,6 +69,14 @@ impl Image {
         })
     }
 
+    /// The function whose name contains `part`.
+    pub fn containing_name(&self, part: &str) -> Result<&Function> {
+        let mut found = self.functions.values().filter(|function| function.name.contains(part));
+        let only = found.next().with_context(|| format!("no function `...{part}...`"))?;
+        anyhow::ensure!(found.next().is_none(), "several functions `...{part}...` in the image");
+        Ok(only)
+    }
+
     /// The function whose name begins so, generic arguments and the like apart.
     pub fn named_like(&self, start: &str) -> Result<&Function> {
         let mut found = self.functions.values().filter(|function| function.name.starts_with(start));

@@ -6,8 +6,8 @@ use anyhow::{Context, Result, ensure};
 use object::{File, Object, ObjectSection};
 
 use crate::call_graph::CallGraph;
-use crate::disassembly::disassemble;
-use crate::elf::Image;
+use crate::disassembly::{Listing, disassemble};
+use crate::elf::{Function, Image};
 
 /// Bytes that the processor pushes before a handler: 26 words with the floating-point registers, aligned
 /// to 8 bytes.
@@ -15,13 +15,27 @@ pub const EXCEPTION_FRAME: u64 = 112;
 /// Handler of unused entries of the vector table: an endless loop.
 const UNUSED: &str = "DefaultHandler";
 
-/// Prints and returns the worst case (B).
+/// Stack of `Reset` below `main` (B): none is used, eight are allowed for.
+const RESET: u64 = 8;
+/// Function of RTIC's that calls `init` and ends by letting interrupts in.
+const START: &str = "__rtic_init_resources";
+
+/// Worst-case stacks of an image (B).
+pub struct WorstCase {
+    /// All of it.
+    pub all: u64,
+    /// The same without the handlers named.
+    pub without: u64,
+}
+
+/// Prints and returns the worst case, and that without the handlers `apart`.
 ///
 /// Every handler of the vector table is taken to interrupt the one before, as if each had a
-/// priority of its own, fault handlers included: an upper bound.
-pub fn worst_case(path: &Path) -> Result<u64> {
+/// priority of its own, fault handlers included: an upper bound. Below them is what is left of the main program
+/// once interrupts are let in; before that it can go deeper, with nothing on top of it but a fault.
+pub fn worst_case(path: &Path, apart: &[&str]) -> Result<WorstCase> {
     let (image, listing) = (Image::read(path)?, disassemble(path)?);
-    let mut total = 0;
+    let (mut start, mut fault, mut tasks, mut tasks_apart) = (0, 0, 0, 0);
     for (index, address) in vectors(path)?.into_iter().enumerate() {
         let function = image.containing(address).with_context(|| {
             format!("the vector table leads to {address:#x}, where no function is")
@@ -38,9 +52,57 @@ pub fn worst_case(path: &Path) -> Result<u64> {
         for (name, bytes) in stack.frames.iter().rev().filter(|(_, bytes)| *bytes > 256) {
             println!("           {bytes:>6} B of it in {name}");
         }
-        total += stack.bytes + pushed;
+        let bytes = stack.bytes + pushed;
+        match name.as_str() {
+            _ if index == 0 => start = bytes,
+            "HardFault" => fault = bytes,
+            name if apart.contains(&name) => tasks_apart += bytes,
+            _ => tasks += bytes,
+        }
     }
-    Ok(total)
+    let below = below_tasks(&image, &listing)?;
+    println!(
+        "  {below:>6} B of the main program below the tasks; interrupts are off while it has more"
+    );
+    let most = |tasks: u64| (start + fault).max(below + tasks + fault);
+    Ok(WorstCase { all: most(tasks + tasks_apart), without: most(tasks) })
+}
+
+/// Stack of the main program from where interrupts are let in (B), after a check that they are off before.
+fn below_tasks(image: &Image, listing: &Listing) -> Result<u64> {
+    let main = image.named("main")?;
+    let start = image.containing_name(START)?;
+    let first = |function: &Function, mnemonic: &str, operand: &str| {
+        let mut all = listing.range(function.range.clone());
+        let found = all.find(|(_, it)| it.name() == mnemonic && it.operands.starts_with(operand));
+        found.map(|(address, _)| *address)
+    };
+    let off = first(main, "cpsid", "i").context("`main` does not turn interrupts off")?;
+    let call = listing
+        .range(main.range.clone())
+        .find(|(_, it)| it.name() == "bl" && it.target() == Some(start.range.start))
+        .map(|(address, _)| *address)
+        .with_context(|| format!("`main` does not call `{START}`"))?;
+    ensure!(off < call, "`main` turns interrupts off after `init`");
+    let on = first(start, "cpsie", "i").with_context(|| format!("`{START}` lets none in"))?;
+    // From there on it only returns.
+    let mut rest = listing.range(on..start.range.end).skip(1);
+    let returns = rest.find(|(_, it)| {
+        !(it.name().starts_with("add")
+            || it.name().starts_with("vpop")
+            || it.name().starts_with("pop"))
+            || it.operands.contains("pc")
+    });
+    let returns =
+        returns.is_some_and(|(_, it)| it.name().starts_with("pop") && it.operands.contains("pc"));
+    ensure!(returns, "`{START}` does more once interrupts are on than to return");
+    let idle = CallGraph::walk_without(image, listing, main.range.start, &[START])?;
+    let frame = |function: &Function| {
+        image
+            .stack_size(function.range.start)
+            .with_context(|| format!("frame of `{}`", function.name))
+    };
+    Ok((frame(main)? + frame(start)?).max(idle.stack(image)?.bytes) + RESET)
 }
 
 /// The distinct entries of the vector table, reset first.

@@ -12,15 +12,21 @@ use crate::elf::Image;
 use crate::image_stack::{EXCEPTION_FRAME, vectors};
 
 /// Interrupts that the task and its receiver are bound to.
-const OWN: [&str; 2] = ["FSMC", "USART3"];
+pub const OWN: [&str; 2] = ["FSMC", "USART3"];
 /// Parts of the names of its statics.
 const STATICS: [&str; 5] =
     ["mavlink_queue", "pilot_memory", "station_memory", "protocol_memory", "mavlink_"];
+
+/// What the pilot and the estimator are called, by parts of the names of their functions.
+const WITH_IT: [&str; 4] =
+    ["pilot::Pilot", "OnboardNavigation::", "estimator::", "navigation::Navigator"];
 
 /// What the task takes (B).
 pub struct Cost {
     /// Code that no other task reaches.
     pub flash: u64,
+    /// Code that neither the tasks without it reach nor `init`, if nobody calls the pilot or the estimator.
+    pub with_pilot_and_estimator: u64,
     /// Statics.
     pub ram: u64,
     /// Worst-case stack of the task, with what the processor pushes.
@@ -33,27 +39,35 @@ impl Cost {
         let (image, listing) = (Image::read(path)?, disassemble(path)?);
         let own = OWN.map(|name| image.named(name).map(|function| function.range.start));
         let own: Vec<_> = own.into_iter().collect::<Result<_>>()?;
-        let mut others = BTreeSet::new();
-        for address in vectors(path)?.into_iter().filter(|address| !own.contains(address)) {
-            others.extend(reached(&image, &listing, address)?.into_iter().map(|(start, _)| start));
+        let (mut others, mut core, mut all) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+        for address in vectors(path)? {
+            all.extend(reached(&image, &listing, address, &[])?);
+            if !own.contains(&address) {
+                others.extend(reached(&image, &listing, address, &[])?);
+                core.extend(reached(&image, &listing, address, &WITH_IT)?);
+            }
         }
-        let mut alone = BTreeSet::new();
-        for address in &own {
-            alone.extend(reached(&image, &listing, *address)?);
-        }
-        let flash = alone.iter().filter(|(start, _)| !others.contains(start));
+        let bytes = |kept: &BTreeSet<(u64, u64)>| -> u64 {
+            all.difference(kept).map(|(start, end)| end - start).sum()
+        };
         let graph = CallGraph::walk_from(&image, &listing, own[0])?;
         Ok(Self {
-            flash: flash.map(|(start, end)| end - start).sum(),
+            flash: bytes(&others),
+            with_pilot_and_estimator: bytes(&core),
             ram: statics(path)?,
             stack: graph.stack(&image)?.bytes + EXCEPTION_FRAME,
         })
     }
 }
 
-/// Addresses of the functions that a handler reaches.
-fn reached(image: &Image, listing: &Listing, address: u64) -> Result<Vec<(u64, u64)>> {
-    let graph = CallGraph::walk_from(image, listing, address)?;
+/// Addresses of the functions that a handler reaches, but for those whose names contain one of `apart`.
+fn reached(
+    image: &Image,
+    listing: &Listing,
+    address: u64,
+    apart: &[&str],
+) -> Result<Vec<(u64, u64)>> {
+    let graph = CallGraph::walk_without(image, listing, address, apart)?;
     Ok(graph.nodes().map(|node| (node.function.range.start, node.function.range.end)).collect())
 }
 
