@@ -146,7 +146,7 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
             let disturbance = self.disturbance.advance(self.plant.truth());
             let output = self.controller.step(&mut self.state, &measured, &reference);
             self.plant.command(&output.wrench);
-            self.plant.advance(&disturbance);
+            self.plant.advance(&self.plant.with_drag(&disturbance));
             self.tick += 1;
         }
     }
@@ -210,12 +210,13 @@ impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         };
         self.controller.step_into(&mut self.state, &measured, &followed, &mut tick);
         tick.applied = self.plant.command(&tick.output.wrench);
+        tick.disturbance = self.plant.with_drag(&disturbance);
         match &mut self.evaluator {
             Some(evaluator) => tick.evaluation = evaluator.evaluate(&tick),
             None => tick.evaluation.position_error = tick.position_error(),
         }
         observer.observe(&tick);
-        self.plant.advance(&disturbance);
+        self.plant.advance(&tick.disturbance);
         self.tick += 1;
     }
 }

@@ -11,7 +11,7 @@ use sim::scenario::{BUILT_IN, LoadedScenario};
 use sim::tick::Tick;
 
 const BODY: PlantParameters = PlantParameters::new(0.85, DVec3::new(0.03, 0.05, 0.1));
-const CALM: Disturbance = Disturbance { acceleration_world: DVec3::ZERO, torque_body: DVec3::ZERO };
+const CALM: Disturbance = Disturbance::NONE;
 const IDEAL: ActuationConfig =
     ActuationConfig { thrust_max: None, torque_max: None, delay: None, rotor_lag: None };
 const STILL: PlantState = PlantState {

@@ -62,6 +62,7 @@ impl DisturbanceConfig {
         Disturbance {
             acceleration_world: acceleration.with_z(0.0),
             torque_body: inside(constant.torque, integral.torque_max),
+            ..Disturbance::NONE
         }
     }
 
@@ -130,6 +131,7 @@ impl DisturbanceProcess {
             constant: config.constant.map_or_else(Disturbance::default, |constant| Disturbance {
                 acceleration_world: constant.acceleration,
                 torque_body: constant.torque,
+                ..Disturbance::NONE
             }),
             noise: config.noise.map(|noise| NoiseProcess::new(&noise, stream(seed, 0))),
             sinusoid: config.sinusoid.map(|wave| SinusoidProcess::new(&wave, step_period)),
@@ -164,6 +166,7 @@ impl core::ops::AddAssign for Disturbance {
     fn add_assign(&mut self, other: Self) {
         self.acceleration_world += other.acceleration_world;
         self.torque_body += other.torque_body;
+        self.wind_world += other.wind_world;
     }
 }
 
