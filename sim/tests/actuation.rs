@@ -65,9 +65,9 @@ fn limits_that_never_act_change_no_bit() {
             flight.advance(1_000);
             *flight.truth()
         };
-        let far = "actuation={thrust_max=1000, torque_max=1000}";
+        let far = ["actuation.thrust_max=1000", "actuation.torque_max=1000"];
         for steps in ["plant_steps_per_tick=1", "plant_steps_per_tick=3"] {
-            assert_eq!(end(&[steps, far]), end(&[steps]), "{}", built_in.name);
+            assert_eq!(end(&[steps, far[0], far[1]]), end(&[steps]), "{}", built_in.name);
         }
     }
 }

@@ -45,7 +45,8 @@ fn hover() -> Wrench {
 fn fly(vehicle: &mut Vehicle, command: &Wrench, wind_world: DVec3, ticks: u32) {
     for _ in 0..ticks {
         vehicle.command(command);
-        let held = vehicle.with_drag(&Disturbance { wind_world, ..Disturbance::NONE });
+        let mut held = Disturbance { wind_world, ..Disturbance::NONE };
+        vehicle.add_drag(&mut held);
         vehicle.advance(&held);
     }
 }

@@ -114,9 +114,10 @@ impl Bench {
 
     fn period(&mut self, telemetry: &Telemetry) {
         let truth = *self.plant.truth();
-        let disturbance = self.disturbance.advance(&truth);
+        let mut disturbance = self.disturbance.advance(&truth);
         self.plant.command(&telemetry.wrench);
-        self.plant.advance(&self.plant.with_drag(&disturbance));
+        self.plant.add_drag(&mut disturbance);
+        self.plant.advance(&disturbance);
         self.report.ticks += 1;
         self.report.height_max = self.report.height_max.max(self.plant.truth().position_world.z);
     }

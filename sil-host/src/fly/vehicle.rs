@@ -167,9 +167,9 @@ impl<'m> FlownVehicle<'m> {
             self.pilot.answered(answer);
         }
         self.pilot.react(outputs.mode, &outputs.safety);
-        let disturbance = self.disturbance.advance(&truth);
+        let mut disturbance = self.disturbance.advance(&truth);
         let applied = self.act(&outputs);
-        let disturbance = self.plant.with_drag(&disturbance);
+        self.plant.add_drag(&mut disturbance);
         let mut tick = Tick {
             tick: self.ticks,
             time: self.ticks as f64 * self.period,

@@ -66,8 +66,8 @@ impl Plant for GroundedVehicle {
         self.vehicle.command(wrench)
     }
 
-    fn with_drag(&self, held: &Disturbance) -> Disturbance {
-        self.vehicle.with_drag(held)
+    fn add_drag(&self, held: &mut Disturbance) {
+        self.vehicle.add_drag(held);
     }
 
     fn advance(&mut self, disturbance: &Disturbance) {

@@ -17,11 +17,9 @@ pub trait Plant {
     /// acts at this instant.
     fn command(&mut self, wrench: &Wrench) -> AppliedWrench;
 
-    /// The disturbance `held` together with what the vehicle itself makes of its motion through the air, for the tick
-    /// whose command was received last.
-    fn with_drag(&self, held: &Disturbance) -> Disturbance {
-        *held
-    }
+    /// Adds to the disturbance of the tick whose command was received last what the vehicle itself makes of its motion
+    /// through the air: nothing, unless it has rotors with drag.
+    fn add_drag(&self, _held: &mut Disturbance) {}
 
     /// Moves on by one step period under the latest command and a held disturbance.
     fn advance(&mut self, disturbance: &Disturbance);
@@ -100,10 +98,9 @@ impl Plant for Vehicle {
     }
 
     #[inline]
-    fn with_drag(&self, held: &Disturbance) -> Disturbance {
-        match &self.drive {
-            Drive::Rotors(rotors) => rotors.with_drag(&self.truth, held),
-            Drive::Ideal | Drive::Wrench(_) => *held,
+    fn add_drag(&self, held: &mut Disturbance) {
+        if let Drive::Rotors(rotors) = &self.drive {
+            rotors.add_drag(&self.truth, held);
         }
     }
 

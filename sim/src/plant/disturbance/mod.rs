@@ -146,27 +146,29 @@ impl DisturbanceSource for DisturbanceProcess {
     fn advance(&mut self, truth: &PlantState) -> Disturbance {
         let mut sum = self.constant;
         if let Some(noise) = &mut self.noise {
-            sum += noise.advance();
+            sum.push(noise.advance());
         }
         if let Some(sinusoid) = &mut self.sinusoid {
-            sum += sinusoid.advance();
+            sum.push(sinusoid.advance());
         }
         if let Some(gust) = &mut self.gust {
-            sum += gust.advance();
+            sum.push(gust.advance());
         }
         if let Some(dryden) = &mut self.dryden {
-            sum += dryden.advance(truth);
+            let wind = dryden.advance(truth);
+            sum.push(wind);
+            sum.wind_world = wind.wind_world;
         }
         sum
     }
 }
 
-impl core::ops::AddAssign for Disturbance {
+impl Disturbance {
+    /// Adds acceleration and torque of another, in the same air.
     #[inline]
-    fn add_assign(&mut self, other: Self) {
+    pub(super) fn push(&mut self, other: Self) {
         self.acceleration_world += other.acceleration_world;
         self.torque_body += other.torque_body;
-        self.wind_world += other.wind_world;
     }
 }
 

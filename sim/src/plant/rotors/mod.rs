@@ -225,14 +225,11 @@ impl Rotors {
         made
     }
 
-    /// `held` with what the rotors' drag adds, for the tick whose command was received last.
-    #[must_use]
-    pub fn with_drag(&self, truth: &PlantState, held: &Disturbance) -> Disturbance {
-        let mut sum = *held;
+    /// Adds what the rotors' drag makes at `truth`, for the tick whose command was received last.
+    pub fn add_drag(&self, truth: &PlantState, held: &mut Disturbance) {
         if let Some(drag) = &self.drag {
-            sum += drag.acting(&self.acting(), truth, held.wind_world);
+            held.push(drag.acting(&self.acting(), truth, held.wind_world));
         }
-        sum
     }
 
     /// The state of the vehicle one step period later, under a held disturbance.
