@@ -5,7 +5,7 @@ use sil_host::tune::check::check;
 use sil_host::tune::design::{accept, with_margin};
 use sil_host::tune::hover::Hover;
 use sil_host::tune::proposal::Proposal;
-use sil_host::tune::push;
+use sil_host::tune::push_flight;
 use sil_host::tune::request::{Request, WantedOptions};
 use sil_host::tune::survey::{Which, nominal};
 use sim::scenario::LoadedScenario;
@@ -50,7 +50,7 @@ fn a_push_that_lasts_is_held_in_the_predicted_time() {
         for survey in proposal.surveys.iter().filter(|it| it.which.is_integral()) {
             assert!(survey.damping.value >= 0.25 && survey.decay.value > 0.0, "{survey:?}");
         }
-        let flown = push::fly(&proposal).expect("flies").expect("a push");
+        let flown = push_flight::fly(&proposal).expect("flies").expect("a push");
         println!("controller {} without {steady:?}: {flown:?}", law.key());
         assert!(flown.passed(), "{flown:?}");
         // A prediction that is far too long would hold as well.
@@ -64,7 +64,7 @@ fn the_check_flies_the_push_and_fails_without_the_estimate() {
     let flown = check(&proposal).unwrap_or_else(|error| panic!("{error}"));
     assert!(flown.passed() && flown.push.is_some(), "{flown:#?}");
     *proposal.law.integral_mut() = IntegralAction::OFF;
-    let flown = push::fly(&proposal).expect("flies").expect("a push");
+    let flown = push_flight::fly(&proposal).expect("flies").expect("a push");
     assert!(!flown.passed() && flown.flown.is_none(), "{flown:?}");
 }
 

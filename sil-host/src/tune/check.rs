@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::noise_flight::{self, NoiseCheck};
 use super::proposal::Proposal;
-use super::push::{self, PushCheck};
+use super::push_flight::{self, PushCheck};
 use crate::campaign::{
     Campaign, CampaignError, CampaignOverrides, CampaignProgress, Definition, RunOutcome, Sampling,
     VariantDefinition, Vary, fly_run,
@@ -105,7 +105,7 @@ pub fn check_watched(
         comparisons: comparisons.collect(),
         reasons: reasons.collect(),
         noise: noise_flight::fly(proposal).map_err(CampaignError::Definition)?,
-        push: push::fly(proposal).map_err(CampaignError::Definition)?,
+        push: push_flight::fly(proposal).map_err(CampaignError::Definition)?,
     })
 }
 

@@ -1,29 +1,18 @@
 //! Gains of the integral action: as much as leaves the loops half the damping wanted, as with the adaptation of the
 //! mass.
 
-use ctrl_core::config::IntegralAction;
 use ctrl_core::controller::ControllerConfig;
 use ctrl_core::vehicle::GRAVITY;
-use glam::DVec3;
-use serde::Serialize;
 
-use super::digits::{rounded, rounded_up};
+use super::digits::rounded;
 use super::hover::Hover;
 use super::infeasible::Infeasible;
 use super::margin::of_loop;
 use super::request::Request;
+use super::steady::Steady;
 use super::survey::{LoopSurvey, Which};
 
 const G: f64 = GRAVITY as f64;
-
-/// Disturbances that last, on top of `D1` and `D2`: what integral action is for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Steady {
-    /// Acceleration along each horizontal axis (m/s^2); zero for no estimate of it.
-    pub acceleration: f64,
-    /// Torque about each axis (N m); zero for no estimate of it.
-    pub torque: f64,
-}
 
 /// Decrease of a gain at a time, and the most times.
 const DECREASE: f64 = 1.08;
@@ -31,43 +20,6 @@ const ROUNDS: u32 = 120;
 
 /// Share of the bandwidth of the fastest axis at which the lasting torque is learnt at most.
 const TORQUE_SPEED: f64 = 0.5;
-
-/// A gain that the constructor accepts, until [`adapt`] finds the one to propose.
-const PROVISIONAL: f64 = 1e-6;
-
-impl Steady {
-    /// What a law with this integral action bears, where `D1` is `disturbance` (m/s^2).
-    #[must_use]
-    pub fn borne(integral: &IntegralAction, disturbance: f64) -> Self {
-        Self {
-            acceleration: f64::from(integral.acceleration_max) / room(disturbance),
-            torque: integral.torque_max.into(),
-        }
-    }
-
-    /// `true` if nothing lasts.
-    #[must_use]
-    pub fn is_none(&self) -> bool {
-        *self == Self::default()
-    }
-
-    /// Integral action with the bounds for it, where `D1` is `disturbance` (m/s^2).
-    pub(super) fn bounded(&self, disturbance: f64) -> IntegralAction {
-        let gain = |on: f64| if on > 0.0 { PROVISIONAL as f32 } else { 0.0 };
-        IntegralAction {
-            acceleration_max: rounded_up(self.acceleration * room(disturbance)) as f32,
-            gamma_d: gain(self.acceleration),
-            torque_max: self.torque as f32,
-            gamma_t: gain(self.torque),
-        }
-    }
-}
-
-/// `1 + D1/g`: a vertical push within `D1` moves the mass estimate by so much, and the estimate of the horizontal one
-/// with it (`docs/theory.md`).
-fn room(disturbance: f64) -> f64 {
-    1.0 + disturbance / G
-}
 
 /// Gives `law` the largest gains of its estimates that leave every loop half the damping and, behind rotors, the phase
 /// margin.
@@ -132,9 +84,4 @@ fn first_fault(request: &Request, law: &ControllerConfig) -> Option<Infeasible> 
         let met = if prompt { f64::INFINITY } else { met() };
         (met < phase).then(|| fault(which, "phase margin", phase, met, "deg"))
     })
-}
-
-/// Bound of the lasting torque about each axis, on top of what `D2` has of it (N m).
-pub(super) fn lasting_torque(request: &Request) -> DVec3 {
-    request.lasting_torque + DVec3::splat(request.steady.torque)
 }

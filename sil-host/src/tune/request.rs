@@ -6,8 +6,8 @@ use ctrl_core::vehicle::{GRAVITY, InitialEstimate, Interval, Uncertainty, Vector
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::lasting::{Steady, lasting_torque};
 use super::margin::Rotors;
+use super::steady::Steady;
 use ctrl_core::controller::ControllerConfig;
 use sim::scenario::document::TomlText;
 use sim::scenario::{BuiltIn, LoadedScenario, Scenario, ScenarioError};
@@ -220,7 +220,7 @@ impl Request {
     pub fn completed(mut self) -> Self {
         let torque = self.limits.map_or(DVec3::INFINITY, |limits| limits.torque_max.as_dvec3());
         let inertia = self.known.inertia.upper.as_dvec3();
-        let lasting = lasting_torque(&self);
+        let lasting = self.torque_that_lasts();
         let agility = |margin: f64| ((1.0 - margin) * torque - lasting) / inertia;
         self.wanted = self.options.complete(agility, &self.rotors);
         self
@@ -235,6 +235,12 @@ impl Request {
         f32s.into_iter().all(|it| it == Vec3::splat(it.x))
             && self.lasting_torque == DVec3::splat(self.lasting_torque.x)
             && self.wanted.heading_bandwidth == self.wanted.attitude_bandwidth
+    }
+
+    /// Torque that may last about each axis, within `D2` and on top of it (N m).
+    #[must_use]
+    pub fn torque_that_lasts(&self) -> DVec3 {
+        self.lasting_torque + DVec3::splat(self.steady.torque)
     }
 
     /// Wanted bandwidth of the attitude about each axis (rad/s).

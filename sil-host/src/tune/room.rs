@@ -8,7 +8,6 @@ use sim::guarantee::bounds::ThrustBounds;
 use super::assembly::assembled;
 use super::digits::rounded_down;
 use super::infeasible::{Infeasible, Remedy};
-use super::lasting::lasting_torque;
 use super::request::Request;
 use super::survey::Which;
 use sim::number::number;
@@ -69,7 +68,7 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
     for axis in Which::Lateral.axes().iter().copied() {
         let per_acceleration =
             f64::from(request.known.inertia.upper[axis]) * bandwidth * bandwidth / G;
-        let lasting = lasting_torque(request)[axis];
+        let lasting = request.torque_that_lasts()[axis];
         let torque = lasting + per_acceleration * (needed + d1);
         let most = free * f64::from(limits.torque_max[axis]);
         if torque > most {
@@ -167,7 +166,7 @@ pub(super) fn auxiliary_gain(request: &Request, attitude: DVec3) -> Result<f64, 
 fn auxiliary_gain_about(request: &Request, axis: usize, attitude: f64) -> Result<f64, Infeasible> {
     let Some(limits) = request.limits else { return Ok(0.0) };
     let inertia = f64::from(request.known.inertia.upper[axis]);
-    let lasting = lasting_torque(request)[axis];
+    let lasting = request.torque_that_lasts()[axis];
     let free = (1.0 - request.wanted.margin) * (1.0 - ROUNDING);
     let most = free * f64::from(limits.torque_max[axis]);
     let torque = lasting + inertia * attitude * attitude * request.wanted.attitude_range;

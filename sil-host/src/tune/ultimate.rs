@@ -10,9 +10,9 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::hover::{Corner, Hover};
-use super::lasting::Steady;
 use super::margin::Rotors;
 use super::peak::{Disturbances, Peaks, peaks};
+use super::steady::Steady;
 use super::survey::{Which, nominal};
 use ctrl_core::controller::ControllerConfig;
 use sim::guarantee::lyapunov::SMOOTHING;
