@@ -66,10 +66,10 @@ fn assert_as_wanted(proposal: &Proposal) {
     with_margin(&proposal.law, wanted.margin).unwrap_or_else(|error| panic!("{name}: {error}"));
     for survey in &proposal.surveys {
         let (bandwidth, damping) = match survey.which {
-            Which::Lateral | Which::Vertical => (wanted.position_bandwidth, wanted.damping),
-            Which::VerticalAdaptive => (0.0, 0.5 * wanted.damping),
+            which if which.learns() => (0.0, 0.5 * wanted.damping),
             Which::Attitude => (wanted.attitude_bandwidth, wanted.damping),
             Which::Heading => (wanted.heading_bandwidth, wanted.damping),
+            _ => (wanted.position_bandwidth, wanted.damping),
         };
         assert!(survey.bandwidth.value >= bandwidth, "{name}: {:?}", survey);
         assert!(survey.damping.value >= damping, "{name}: {:?}", survey);

@@ -12,6 +12,7 @@ use super::assembly::assembled;
 use super::digits::{rounded, rounded_down};
 use super::hover::Hover;
 use super::infeasible::{Infeasible, Remedy};
+use super::lasting;
 use super::margin::{Rotors, margins};
 use super::noise::activity;
 use super::request::Request;
@@ -133,6 +134,7 @@ fn with_position_share(request: &Request, share: f64) -> Result<ControllerConfig
     // The error of the least slope is that of the gains that ask least of the step period.
     let mut law = outcomes.fold(steepest, |kept, next| if kept.is_ok() { kept } else { next })?;
     adapt_mass(&mut law, request.wanted.damping);
+    lasting::adapt(request, &mut law)?;
     with_margin(&law, request.wanted.margin).map_err(|error| refused(request, &error))?;
     Ok(law)
 }

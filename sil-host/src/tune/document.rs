@@ -30,11 +30,11 @@ impl Proposal {
                 "# Gains proposed by `sil-host tune`. SI units unless the key says otherwise.\n\n",
             );
         }
-        let offset = 0.5 * request.wanted.position_range;
         let reference = document["trajectory"]["hover"]["position_world"].as_array();
         let reference =
             reference.map(|it| it.iter().filter_map(Value::as_float).collect::<Vec<_>>());
-        let start = reference.unwrap_or_default().into_iter().zip([offset, -offset, -offset]);
+        let offsets = self.start_offset().to_array();
+        let start = reference.unwrap_or_default().into_iter().zip(offsets);
         let start: Array = start.map(|(reference, offset)| reference + offset).collect();
         let known = &request.known;
         let [position, attitude, tilt, heading] = self.bounds();
@@ -81,6 +81,24 @@ impl Proposal {
         }
         document.to_string()
     }
+}
+
+/// The integral action as a scenario has it.
+fn integral(law: &ControllerConfig) -> Table {
+    let IntegralAction { acceleration_max, gamma_d, torque_max, gamma_t } = *law.integral();
+    let unit = if matches!(law, ControllerConfig::Saturated(_)) { "1/s^2" } else { "N m" };
+    let mut table = Table::new();
+    table.decor_mut().set_prefix("\n# Integral action: what lasts, on top of D1 and D2.\n");
+    for (key, value, comment) in [
+        ("acceleration_max", acceleration_max, "D_c, each horizontal component [m/s^2]"),
+        ("gamma_d", gamma_d, "gain of d_hat [m/s^2]"),
+        ("torque_max", torque_max, "D_t, each component [N m]"),
+        ("gamma_t", gamma_t, &format!("gain of the torque's estimate [{unit}]")),
+    ] {
+        let value = Value::from(decimal(value)).decorated(" ", format!("    # {comment}"));
+        table.insert(key, Item::Value(value));
+    }
+    table
 }
 
 /// The filters of the rate as a scenario has them.
@@ -130,12 +148,16 @@ fn template(law: &ControllerConfig) -> DocumentMut {
     }
     let mut values = toml_edit::ser::to_document(law).expect("a configuration is plain TOML");
     if let Some(own) = values[law.key()].as_table_like_mut() {
-        if *law.integral() == IntegralAction::OFF {
-            own.remove("integral");
-        }
+        own.remove("integral");
         if *law.rotors() == RotorModel::OFF {
             own.remove("rotors");
         }
+    }
+    if *law.integral() != IntegralAction::OFF {
+        let place = document["controller"][law.key()]["uncertainty"].as_table().cloned();
+        let mut table = integral(law);
+        table.set_position(place.and_then(|it| it.position()));
+        document["controller"][law.key()]["integral"] = Item::Table(table);
     }
     let known = &mut document["controller"][law.key()]["uncertainty"];
     if let Some(known) = known.as_table_mut() {

@@ -2,7 +2,7 @@
 //! one step. `docs/tune.md` derives them.
 //!
 //! ```text
-//! L(s) = -row . [coefficient_i/s^power_i]        the law's row over the chain of integrators
+//! L(s) = -row . [coefficient_i/s^power_i]        the law's row over the chain of integrators and the estimates
 //! D(s) = exp(-s (dt/2 + delay))/(1 + s lag)
 //! ```
 //! Filters of the rate multiply what goes through the rate by `F(e^(s dt))`.
@@ -78,7 +78,8 @@ pub fn margins_at(
     OpenLoop { of, hold: 0.5 * hover.dt, filter }.margins(which, rotors)
 }
 
-fn of_loop(
+/// Margins of one loop of `law` over its corners.
+pub(super) fn of_loop(
     which: Which,
     law: &ControllerConfig,
     rotors: &Rotors,
@@ -121,15 +122,18 @@ impl OpenLoop {
         others + rate * filter::response(&self.filter, omega, 2.0 * self.hold)
     }
 
-    /// `L(i omega)` without filters: what goes through the rate about the axis comes last.
+    /// `L(i omega)` without filters: what goes through the rate about the axis comes last, its part of the estimates
+    /// included.
     fn parts(&self, omega: f64) -> [Complex64; 2] {
         let s = Complex64::new(0.0, omega);
-        let row = self.of.command.to_array();
-        let mut parts = [Complex64::default(); 2];
-        for (i, (&(coefficient, power), gain)) in self.of.chain.iter().zip(row).enumerate() {
-            parts[usize::from(self.of.rate == Some(i))] -= gain * coefficient / s.powi(power);
-        }
-        parts
+        [false, true].map(|of_rate| {
+            let chain = core::array::from_fn(|i| {
+                let (coefficient, power) = self.of.chain[i];
+                let taken = power > 0 && of_rate == (self.of.rate == Some(i));
+                if taken { coefficient / s.powi(power) } else { Complex64::default() }
+            });
+            -self.of.command.through(&self.of.responses(chain, s.inv()))
+        })
     }
 
     /// `L D (i omega)` behind `rotors`.
@@ -239,24 +243,24 @@ fn crossings(grid: &[f64], value: impl Fn(f64) -> f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DMat4, DVec4};
-
     use crate::tune::hover::Outputs;
+    use crate::tune::linear::{Matrix, Vector};
 
     /// `L = k/s^2 + d/s`: a mass with a spring and a damper.
     fn oscillator(k: f64, d: f64, hold: f64) -> OpenLoop {
-        let row = DVec4::new(-k, -d, 0.0, 0.0);
-        let rows = [DVec4::Y, row, DVec4::ZERO, DVec4::ZERO];
-        let continuous = DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
+        let row = -k * Vector::unit(0) - d * Vector::unit(1);
+        let mut continuous = Matrix::default();
+        (continuous.0[0], continuous.0[1]) = (Vector::unit(1), row);
         let of = Loop {
             order: 2,
             continuous,
             sampled: continuous,
-            pushes: [DVec4::ZERO; 2],
+            pushes: [Vector::ZERO; 2],
             outputs: Outputs::default(),
             command: row,
-            driven: DVec4::Y,
+            driven: Vector::unit(1),
             chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
+            estimates: [Vector::ZERO; 2],
             dt: 2.0 * hold,
             rate: None,
         };

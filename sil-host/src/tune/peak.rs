@@ -5,9 +5,8 @@
 
 use std::collections::VecDeque;
 
-use glam::{DMat4, DVec4};
-
 use super::hover::{Corner, Hover, Loop, Outputs};
+use super::linear::{Matrix, STATES, Vector};
 use super::margin::Rotors;
 use super::survey::Which;
 
@@ -116,7 +115,7 @@ fn linear_peaks(of: &Loop, dt: f64, disturbances: &Disturbances, rotors: &Rotors
     let Disturbances { lasting, noise } = *disturbances;
     let mut sum = Peaks::default();
     for ((push, lasting), noise) in of.pushes.into_iter().zip(lasting).zip(noise) {
-        if push != DVec4::ZERO && lasting + noise > 0.0 {
+        if push != Vector::ZERO && lasting + noise > 0.0 {
             let area = if rotors.is_prompt() {
                 impulse_area(&of.continuous, push, &of.outputs, h, steps)
             } else {
@@ -141,24 +140,23 @@ struct Area {
 }
 
 /// Integrals of magnitude and square of each output after the impulse `push` (RK4, trapezoids).
-fn impulse_area(a: &DMat4, push: DVec4, outputs: &Outputs, h: f64, steps: u32) -> Area {
+fn impulse_area(a: &Matrix, push: Vector, outputs: &Outputs, h: f64, steps: u32) -> Area {
     let advance = rk4(a, h);
     area(outputs, push, h, steps, |x| advance * x)
 }
 
 /// The same with the wrench behind `rotors`: the acceleration of the law passes a delay line and a lag.
-fn impulse_area_behind(rotors: &Rotors, of: &Loop, push: DVec4, h: f64, steps: u32) -> Area {
-    let columns = of.driven;
-    // Without the law: a chain of integrators, whose series ends.
-    let outer = |gain: f64| of.driven * gain;
+fn impulse_area_behind(rotors: &Rotors, of: &Loop, push: Vector, h: f64, steps: u32) -> Area {
     let command = of.command;
-    let law =
-        DMat4::from_cols(outer(command.x), outer(command.y), outer(command.z), outer(command.w));
-    let a = (of.continuous - law) * h;
-    let (a2, i) = (a * a, DMat4::IDENTITY);
-    let a3 = a2 * a;
-    let free = i + a + a2 * 0.5 + a3 * (1.0 / 6.0);
-    let driven = (i + a * 0.5 + a2 * (1.0 / 6.0) + a3 * (1.0 / 24.0)) * columns * h;
+    // Without the law: chains of integrators, whose series ends.
+    let a = h * (of.continuous - Matrix::outer(of.driven, command));
+    let (mut term, mut free, mut mean) = (Matrix::identity(), Matrix::default(), Matrix::default());
+    for k in 1..=STATES {
+        free = free + term;
+        mean = mean + (1.0 / k as f64) * term;
+        term = (1.0 / k as f64) * (a * term);
+    }
+    let driven = h * (mean * of.driven);
     let kept = if rotors.lag > 0.0 { (-h / rotors.lag).exp() } else { 0.0 };
     let late = (rotors.delay / h).round() as usize;
     let mut line = VecDeque::from(vec![0.0; late + 1]);
@@ -169,19 +167,19 @@ fn impulse_area_behind(rotors: &Rotors, of: &Loop, push: DVec4, h: f64, steps: u
         let next = asked + (acceleration - asked) * kept;
         let mean = 0.5 * (acceleration + next);
         acceleration = next;
-        free * x + driven * mean
+        free * x + mean * driven
     })
 }
 
 /// Integrals over the states that `advance` leads through.
 fn area(
     outputs: &Outputs,
-    push: DVec4,
+    push: Vector,
     h: f64,
     steps: u32,
-    mut advance: impl FnMut(DVec4) -> DVec4,
+    mut advance: impl FnMut(Vector) -> Vector,
 ) -> Area {
-    let seen = |x: DVec4| Peaks {
+    let seen = |x: Vector| Peaks {
         position: outputs.position.dot(x).abs(),
         attitude: outputs.attitude.dot(x).abs(),
         tilt: outputs.tilt.dot(x).abs(),
@@ -204,10 +202,15 @@ fn area(
 }
 
 /// One RK4 step of `x' = A x` as a matrix.
-fn rk4(a: &DMat4, h: f64) -> DMat4 {
-    let a = *a * h;
-    let (a2, i) = (a * a, DMat4::IDENTITY);
-    i + a + a2 * 0.5 + a2 * a * (1.0 / 6.0) + a2 * a2 * (1.0 / 24.0)
+fn rk4(a: &Matrix, h: f64) -> Matrix {
+    let a = h * *a;
+    let mut sum = Matrix::identity();
+    let mut term = sum;
+    for k in 1..=4 {
+        term = (1.0 / f64::from(k)) * (a * term);
+        sum = sum + term;
+    }
+    sum
 }
 
 #[cfg(test)]
@@ -217,24 +220,25 @@ mod tests {
     /// Rotors that are nearly prompt change nothing; slow ones raise the peaks.
     #[test]
     fn areas_behind_rotors_approach_those_without() {
-        let command = DVec4::new(-1.0, -2.0, 0.0, 0.0);
-        let rows = [DVec4::Y, command, DVec4::ZERO, DVec4::ZERO];
-        let continuous = DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
+        let command = -1.0 * Vector::unit(0) - 2.0 * Vector::unit(1);
+        let mut continuous = Matrix::default();
+        (continuous.0[0], continuous.0[1]) = (Vector::unit(1), command);
         let of = Loop {
             order: 2,
             continuous,
             sampled: continuous,
-            pushes: [DVec4::ZERO; 2],
-            outputs: Outputs { position: DVec4::X, ..Outputs::default() },
+            pushes: [Vector::ZERO; 2],
+            outputs: Outputs { position: Vector::unit(0), ..Outputs::default() },
             command,
-            driven: DVec4::Y,
+            driven: Vector::unit(1),
             chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
+            estimates: [Vector::ZERO; 2],
             rate: None,
             dt: 1e-3,
         };
         let behind = |lag: f64, delay: f64| {
             let rotors = Rotors { lag, delay };
-            impulse_area_behind(&rotors, &of, DVec4::Y, 0.002, 30_000).magnitude.position
+            impulse_area_behind(&rotors, &of, Vector::unit(1), 0.002, 30_000).magnitude.position
         };
         assert!((behind(0.005, 0.002) - 1.0).abs() < 0.02, "{}", behind(0.005, 0.002));
         // lag s^3 + s^2 + 2 s + 1 with lag 1 rings: the area is larger.
@@ -245,11 +249,14 @@ mod tests {
     /// that of the velocity, `(1 - t) exp(-t)`, has `2/e`.
     #[test]
     fn areas_of_a_known_response() {
-        let a = DMat4::from_cols_array(&[
-            0.0, -1.0, 0.0, 0.0, 1.0, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-        ]);
-        let outputs = Outputs { position: DVec4::X, rate_error: DVec4::Y, ..Outputs::default() };
-        let area = impulse_area(&a, DVec4::Y, &outputs, 0.01, 3000);
+        let mut a = Matrix::default();
+        (a.0[0], a.0[1]) = (Vector::unit(1), -1.0 * Vector::unit(0) - 2.0 * Vector::unit(1));
+        let outputs = Outputs {
+            position: Vector::unit(0),
+            rate_error: Vector::unit(1),
+            ..Outputs::default()
+        };
+        let area = impulse_area(&a, Vector::unit(1), &outputs, 0.01, 3000);
         assert!((area.magnitude.position - 1.0).abs() < 1e-4, "{area:?}");
         assert!((area.magnitude.rate_error - 2.0 / 1f64.exp()).abs() < 1e-3, "{area:?}");
         // The squares have 1/4 and 1/4.

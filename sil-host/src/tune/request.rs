@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::margin::Rotors;
+use super::steady::Steady;
 use ctrl_core::controller::ControllerConfig;
 use sim::scenario::document::TomlText;
 use sim::scenario::{BuiltIn, LoadedScenario, Scenario, ScenarioError};
@@ -23,6 +24,8 @@ pub struct Request {
     /// Part of `D2` that may be a lasting torque about each axis (N m); the rest is zero-mean noise.
     #[serde(with = "sim::per_axis")]
     pub lasting_torque: DVec3,
+    /// Disturbances that last, on top of `D1` and `D2`, for integral action.
+    pub steady: Steady,
     /// `M_p` (m/s^2).
     pub reference_acceleration_max: f32,
     /// `dt` (s).
@@ -108,6 +111,12 @@ pub struct WantedOptions {
     pub rate_noise: Option<f64>,
     /// See [`Wanted`]; zero.
     pub return_speed: Option<f64>,
+    /// See [`Steady`]; a flag, whose key in a vehicle file is beside the vehicle's.
+    #[serde(skip)]
+    pub steady_acceleration: Option<f64>,
+    /// The same.
+    #[serde(skip)]
+    pub steady_torque: Option<f64>,
 }
 
 impl WantedOptions {
@@ -127,6 +136,8 @@ impl WantedOptions {
             noise_torque_max: self.noise_torque_max.or(other.noise_torque_max),
             rate_noise: self.rate_noise.or(other.rate_noise),
             return_speed: self.return_speed.or(other.return_speed),
+            steady_acceleration: self.steady_acceleration.or(other.steady_acceleration),
+            steady_torque: self.steady_torque.or(other.steady_torque),
         }
     }
 
@@ -178,6 +189,10 @@ struct VehicleFile {
     disturbance_torque: Vec3,
     #[serde(default, with = "sim::per_axis::optional")]
     lasting_torque: Option<DVec3>,
+    #[serde(default)]
+    steady_acceleration: f64,
+    #[serde(default)]
+    steady_torque: f64,
     reference_acceleration_max: f32,
     thrust_max: Option<f32>,
     #[serde(default, with = "sim::per_axis::optional")]
@@ -205,7 +220,7 @@ impl Request {
     pub fn completed(mut self) -> Self {
         let torque = self.limits.map_or(DVec3::INFINITY, |limits| limits.torque_max.as_dvec3());
         let inertia = self.known.inertia.upper.as_dvec3();
-        let lasting = self.lasting_torque;
+        let lasting = self.torque_that_lasts();
         let agility = |margin: f64| ((1.0 - margin) * torque - lasting) / inertia;
         self.wanted = self.options.complete(agility, &self.rotors);
         self
@@ -220,6 +235,12 @@ impl Request {
         f32s.into_iter().all(|it| it == Vec3::splat(it.x))
             && self.lasting_torque == DVec3::splat(self.lasting_torque.x)
             && self.wanted.heading_bandwidth == self.wanted.attitude_bandwidth
+    }
+
+    /// Torque that may last about each axis, within `D2` and on top of it (N m).
+    #[must_use]
+    pub fn torque_that_lasts(&self) -> DVec3 {
+        self.lasting_torque + DVec3::splat(self.steady.torque)
     }
 
     /// Wanted bandwidth of the attitude about each axis (rad/s).
@@ -302,6 +323,8 @@ impl Request {
                 g,
                 "m/s^2",
             ),
+            at("steady_acceleration", self.steady.acceleration, 0.0, g, "m/s^2"),
+            at("steady_torque", self.steady.torque, 0.0, 1e6, "N m"),
             at("step_period", self.step_period.into(), 1e-4, 0.1, "s"),
             at("thrust_max", limits.thrust_max.into(), 1e-3, 1e6, "N"),
             at("rotor_lag", self.rotors.lag, 0.0, 1.0, "s"),
@@ -372,6 +395,10 @@ fn from_vehicle(
             inertia: Vec3::from(known.inertia.axes().map(middle)),
         },
         lasting_torque: lasting_torque.as_dvec3(),
+        steady: Steady {
+            acceleration: flags.steady_acceleration.unwrap_or(file.steady_acceleration),
+            torque: flags.steady_torque.unwrap_or(file.steady_torque),
+        },
         reference_acceleration_max: file.reference_acceleration_max,
         step_period: file.step_period,
         limits,
@@ -406,12 +433,20 @@ fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
         delay: actuation.delay.unwrap_or_default(),
     };
     let noise = scenario.state_feedback.rate_body.and_then(|it| it.white_noise);
-    let lasting_torque = lasting.bounds().1.min(known.disturbance_torque.as_dvec3());
+    let borne = Steady::borne(controller.integral(), known.disturbance_acceleration.into());
+    let steady = Steady {
+        acceleration: flags.steady_acceleration.unwrap_or(borne.acceleration),
+        torque: flags.steady_torque.unwrap_or(borne.torque),
+    };
+    // What the integral action bears is not `D2`'s.
+    let lasting = (lasting.bounds().1 - DVec3::splat(steady.torque)).max(DVec3::ZERO);
+    let lasting_torque = lasting.min(known.disturbance_torque.as_dvec3());
     Request {
         name: format!("{}-tuned", scenario.name),
         known,
         initial: *controller.initial(),
         lasting_torque,
+        steady,
         reference_acceleration_max,
         step_period: controller.step_period(),
         limits,
