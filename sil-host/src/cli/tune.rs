@@ -53,6 +53,10 @@ pub struct TuneArguments {
     /// Least speed of return from far away on any axis (m/s); any by default.
     #[arg(long, value_name = "M/S")]
     pub return_speed: Option<f64>,
+    /// Model of the rotors inside the law, whose lead leaves so many times less of their lag; 1 for the model alone. Needs
+    /// a rotor lag; none by default, or the scenario's.
+    #[arg(long, value_name = "RATIO")]
+    pub rotor_lead: Option<f64>,
     /// Push along each horizontal axis that lasts, on top of the disturbance acceleration (m/s^2): proposes integral action;
     /// 0 by default, or the vehicle file's or scenario's.
     #[arg(long, value_name = "M/S^2")]
@@ -91,6 +95,7 @@ impl TuneArguments {
             noise_torque_max: self.noise_torque_max,
             rate_noise: self.rate_noise,
             return_speed: self.return_speed,
+            rotor_lead: self.rotor_lead,
             steady_acceleration: self.steady_acceleration,
             steady_torque: self.steady_torque,
         }

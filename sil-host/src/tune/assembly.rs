@@ -2,7 +2,6 @@
 
 use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::ControllerConfig;
-use ctrl_core::rotors::RotorModel;
 
 use glam::DVec3;
 
@@ -23,6 +22,7 @@ pub(super) fn assembled(
     attitude: DVec3,
 ) -> ControllerConfig {
     let &Request { known, initial, reference_acceleration_max, step_period, limits, .. } = request;
+    let rotors = request.rotor_model();
     let integral = request.steady.bounded(known.disturbance_acceleration.into());
     let in_motion = ADAPTATION * k4 / (attitude * attitude * attitude);
     let rounded_each = |it: DVec3| it.map(rounded).as_vec3();
@@ -36,7 +36,7 @@ pub(super) fn assembled(
             k4: k4.as_vec3(),
             gamma2: rounded_each(in_motion),
             integral,
-            rotors: RotorModel::OFF,
+            rotors,
         }),
         Some(Limits { thrust_max, torque_max }) => ControllerConfig::Saturated(SaturatedConfig {
             step_period,
@@ -53,7 +53,7 @@ pub(super) fn assembled(
             ),
             gamma3: rounded(in_motion.min_element()) as f32,
             integral,
-            rotors: RotorModel::OFF,
+            rotors,
         }),
     }
 }

@@ -83,19 +83,36 @@ impl Proposal {
     }
 }
 
+/// The model of the rotors as a scenario has it.
+fn rotors(law: &ControllerConfig) -> Table {
+    let RotorModel { lag, residual_lag } = *law.rotors();
+    let rows = [
+        ("lag", lag, "of the torque behind its command [s]"),
+        ("residual_lag", residual_lag, "what the lead leaves of it [s]"),
+    ];
+    commented("Model of the rotors inside the law.", &rows.map(|it| (it.0, it.1, it.2.to_owned())))
+}
+
 /// The integral action as a scenario has it.
 fn integral(law: &ControllerConfig) -> Table {
     let IntegralAction { acceleration_max, gamma_d, torque_max, gamma_t } = *law.integral();
     let unit = if matches!(law, ControllerConfig::Saturated(_)) { "1/s^2" } else { "N m" };
-    let mut table = Table::new();
-    table.decor_mut().set_prefix("\n# Integral action: what lasts, on top of D1 and D2.\n");
-    for (key, value, comment) in [
+    let rows = [
         ("acceleration_max", acceleration_max, "D_c, each horizontal component [m/s^2]"),
         ("gamma_d", gamma_d, "gain of d_hat [m/s^2]"),
         ("torque_max", torque_max, "D_t, each component [N m]"),
         ("gamma_t", gamma_t, &format!("gain of the torque's estimate [{unit}]")),
-    ] {
-        let value = Value::from(decimal(value)).decorated(" ", format!("    # {comment}"));
+    ];
+    let rows = rows.map(|it| (it.0, it.1, it.2.to_owned()));
+    commented("Integral action: what lasts, on top of D1 and D2.", &rows)
+}
+
+/// A table with a comment above and one behind each value.
+fn commented(title: &str, rows: &[(&str, f32, String)]) -> Table {
+    let mut table = Table::new();
+    table.decor_mut().set_prefix(format!("\n# {title}\n"));
+    for (key, value, comment) in rows {
+        let value = Value::from(decimal(*value)).decorated(" ", format!("    # {comment}"));
         table.insert(key, Item::Value(value));
     }
     table
@@ -149,15 +166,17 @@ fn template(law: &ControllerConfig) -> DocumentMut {
     let mut values = toml_edit::ser::to_document(law).expect("a configuration is plain TOML");
     if let Some(own) = values[law.key()].as_table_like_mut() {
         own.remove("integral");
-        if *law.rotors() == RotorModel::OFF {
-            own.remove("rotors");
-        }
+        own.remove("rotors");
     }
-    if *law.integral() != IntegralAction::OFF {
-        let place = document["controller"][law.key()]["uncertainty"].as_table().cloned();
-        let mut table = integral(law);
-        table.set_position(place.and_then(|it| it.position()));
-        document["controller"][law.key()]["integral"] = Item::Table(table);
+    let place = document["controller"][law.key()]["uncertainty"].as_table().cloned();
+    let place = place.and_then(|it| it.position());
+    let on = [
+        ("integral", *law.integral() != IntegralAction::OFF, integral(law)),
+        ("rotors", *law.rotors() != RotorModel::OFF, rotors(law)),
+    ];
+    for (key, _, mut table) in on.into_iter().filter(|(_, on, _)| *on) {
+        table.set_position(place);
+        document["controller"][law.key()][key] = Item::Table(table);
     }
     let known = &mut document["controller"][law.key()]["uncertainty"];
     if let Some(known) = known.as_table_mut() {

@@ -14,10 +14,12 @@
 //! and `s` the slope of `D1 h(G, delta)`.
 
 use ctrl_core::config::CascadeGains;
+use ctrl_core::rotors::RotorModel;
 use ctrl_core::vehicle::{GRAVITY, Uncertainty};
 use glam::DVec3;
 use num_complex::Complex64;
 
+use super::inner::InnerLoop;
 use super::linear::{Matrix, STATES, Vector};
 use super::pole::{Pole, eigenvalues};
 use ctrl_core::controller::ControllerConfig;
@@ -37,6 +39,10 @@ pub struct Hover {
     pub k4: DVec3,
     /// `gamma_d` (m/s^2) and `gamma_t` (N m, or 1/s^2) of the integral action; zero where it is off.
     pub lasting: [f64; 2],
+    /// Model of the rotors inside the law.
+    pub rotors: RotorModel,
+    /// `k5` of controller 2 (1/s).
+    pub k5: f64,
     /// Controller 2.
     pub(super) saturated: bool,
 }
@@ -94,6 +100,8 @@ pub struct Loop {
     pub chain: [(f64, i32); 4],
     /// Rates of the estimates of integral action, the states that follow the chain.
     pub estimates: [Vector; 2],
+    /// The loop over the model of the rotors inside the law, if it has one.
+    pub inner: Option<InnerLoop>,
     /// The state that is the body rate, if there is one.
     pub rate: Option<usize>,
     /// Step period (s).
@@ -144,9 +152,9 @@ impl Hover {
     /// Of `law`, with its bounds of vehicle and disturbance.
     #[must_use]
     pub fn new(law: &ControllerConfig) -> Self {
-        let (k4, saturated) = match law {
-            ControllerConfig::RobustAdaptive(config) => (config.k4, false),
-            ControllerConfig::Saturated(config) => (config.k4, true),
+        let (k4, k5, saturated) = match law {
+            ControllerConfig::RobustAdaptive(config) => (config.k4, 0.0, false),
+            ControllerConfig::Saturated(config) => (config.k4, config.k5, true),
         };
         Self {
             cascade: *law.cascade(),
@@ -154,6 +162,8 @@ impl Hover {
             dt: law.step_period().into(),
             k4: k4.as_dvec3(),
             lasting: [law.integral().gamma_d, law.integral().gamma_t].map(f64::from),
+            rotors: *law.rotors(),
+            k5: k5.into(),
             saturated,
         }
     }
@@ -180,7 +190,9 @@ impl Hover {
             let Uncertainty { inertia, disturbance_torque, .. } = &self.known;
             let cascade = &self.cascade;
             let interval = (inertia.lower[axis], inertia.upper[axis]);
-            (interval, disturbance_torque[axis], cascade.k3[axis], self.k4[axis])
+            // The auxiliary attitude turns the heading, and leaves the direction of the thrust.
+            let turned = axis == 2 && self.rotors.lag > 0.0 && self.saturated;
+            (interval, disturbance_torque[axis], cascade.k3[axis], self.k4[axis], turned)
         };
         let mut found: Vec<usize> = Vec::new();
         for &axis in axes {
@@ -221,6 +233,38 @@ impl Hover {
         } else {
             corner.inertia.recip() * (feedback + corner.inertia_estimate * mu_dot)
         }
+    }
+
+    /// The loop over the model of the rotors about the axis of `corner`; none without a model.
+    fn inner(&self, corner: &Corner) -> Option<InnerLoop> {
+        let [lag, residual] = [self.rotors.lag, self.rotors.residual_lag].map(f64::from);
+        let residual_lag = if residual > 0.0 { residual } else { lag };
+        let slope = corner.rotation_slope * self.rotation_slope()[corner.axis];
+        let (k3, k4) = (f64::from(self.cascade.k3[corner.axis]), self.k4[corner.axis]);
+        let k5 = self.k5;
+        let inner = if !self.saturated {
+            let estimate = corner.inertia_estimate;
+            InnerLoop {
+                lag,
+                residual_lag,
+                rate_decay: k4 / estimate,
+                attitude_decay: f64::INFINITY,
+                gains: [slope / estimate, 0.0, 0.0],
+                errors: [0.0; 2],
+            }
+        } else {
+            let heading = corner.axis == 2;
+            let turned = 0.5 * (k4 + slope) * (if heading { k3 } else { 0.0 } - k5);
+            InnerLoop {
+                lag,
+                residual_lag,
+                rate_decay: k4,
+                attitude_decay: 0.5 * k5,
+                gains: [slope, 0.5 * (k3 - k5), turned + if heading { 0.5 } else { 0.0 }],
+                errors: if heading { [-1.0, 0.5 * (k5 - k3)] } else { [0.0, 0.5 * k5] },
+            }
+        };
+        (lag > 0.0).then_some(inner)
     }
 
     /// The states of the estimates `d` and `t` that a loop of `order` states gets on top; zero where there is none.
@@ -277,6 +321,7 @@ impl Hover {
             driven: w,
             chain: [(G, 4), (G, 3), (1.0, 2), (1.0, 1)],
             estimates,
+            inner: self.inner(corner),
             rate: Some(3),
             dt,
         }
@@ -304,6 +349,7 @@ impl Hover {
             driven: v,
             chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
             estimates: [Vector::ZERO; 2],
+            inner: None, // of the thrust there is no model
             rate: None,
             dt,
         }
@@ -331,6 +377,7 @@ impl Hover {
             driven: w,
             chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
             estimates,
+            inner: self.inner(corner),
             rate: Some(1),
             dt: self.dt,
         }

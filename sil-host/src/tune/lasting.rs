@@ -71,7 +71,7 @@ fn first_fault(request: &Request, law: &ControllerConfig) -> Option<Infeasible> 
         right,
         unit,
         remedies: vec!["no steady_acceleration or steady_torque".to_owned()],
-        remedy: None,
+        deciding: vec![],
     };
     let learning = Which::of(law).into_iter().filter(|it| it.is_integral());
     learning.into_iter().find_map(|which| {

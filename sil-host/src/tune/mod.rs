@@ -9,6 +9,7 @@ pub mod document;
 pub mod filter;
 pub mod hover;
 pub mod infeasible;
+pub mod inner;
 mod lasting;
 pub mod linear;
 pub mod margin;

@@ -169,14 +169,20 @@ impl Spectrum {
         let filtered = response(filter, omega, of.dt);
         let rate = of.rate.unwrap_or(0);
         let integrator = of.dt / (z - 1.0);
-        let mut measured = states(z, of, rotors);
+        let s = Complex64::new(0.0, omega);
+        // While the model is right the lead leaves its residual lag of the rotors'.
+        let lag = of.inner.map_or(rotors.lag, |inner| inner.residual_lag);
+        let (within, of_auxiliary) = of.inner.map_or_else(Default::default, |inner| {
+            (inner.missing(s) * inner.auxiliary(s), inner.rate_error(s))
+        });
+        let mut measured = states(z, of, lag, rotors.delay);
         measured[rate] *= filtered;
         let mut noise = [Complex64::default(); 4];
         noise[rate] = filtered;
         let [states, noise] = [measured, noise].map(|chain| of.responses(chain, integrator));
-        let sensitivity = (1.0 - of.command.through(&states)).inv();
+        let sensitivity = (1.0 + within - of.command.through(&states)).inv();
         let acceleration = of.command.through(&noise) * sensitivity;
-        let acting = match rotors.lag {
+        let acting = match lag {
             0.0 => Complex64::new(1.0, 0.0),
             lag => first_order(z, of.dt, lag),
         };
@@ -184,7 +190,7 @@ impl Spectrum {
             noise: corner.inertia * acceleration * acting,
             rest: sensitivity * acting,
             rate_error: of.outputs.rate_error.through(&noise)
-                + of.outputs.rate_error.through(&states) * acceleration,
+                + (of.outputs.rate_error.through(&states) + of_auxiliary) * acceleration,
             difference: 1.0 - z.inv(),
         }
     }
@@ -197,7 +203,7 @@ fn first_order(z: Complex64, dt: f64, lag: f64) -> Complex64 {
 }
 
 /// Each state of the chain per commanded acceleration that is held over a step, behind the rotors.
-fn states(z: Complex64, of: &Loop, rotors: &Rotors) -> [Complex64; 4] {
+fn states(z: Complex64, of: &Loop, lag: f64, delay: f64) -> [Complex64; 4] {
     let (dt, w) = (of.dt, z - 1.0);
     // Sampled integrators of first to fourth order behind a hold.
     let integrators = [
@@ -206,18 +212,18 @@ fn states(z: Complex64, of: &Loop, rotors: &Rotors) -> [Complex64; 4] {
         dt.powi(3) * (z * z + 4.0 * z + 1.0) / (6.0 * w.powi(3)),
         dt.powi(4) * (z.powi(3) + 11.0 * z * z + 11.0 * z + 1.0) / (24.0 * w.powi(4)),
     ];
-    let delay = Complex64::from_polar(1.0, -z.arg() / dt * rotors.delay);
+    let delay = Complex64::from_polar(1.0, -z.arg() / dt * delay);
     of.chain.map(|(coefficient, power)| {
         if power == 0 {
             return Complex64::default();
         }
-        let chain = if rotors.lag == 0.0 {
+        let chain = if lag == 0.0 {
             integrators[power as usize - 1]
         } else {
             // 1/(s^n (1 + s T)) = sum (-T)^(n - k)/s^k + (-T)^n/(1 + s T)
-            let minus = -rotors.lag;
+            let minus = -lag;
             let parts = (1..=power).map(|k| minus.powi(power - k) * integrators[k as usize - 1]);
-            parts.sum::<Complex64>() + minus.powi(power) * first_order(z, dt, rotors.lag)
+            parts.sum::<Complex64>() + minus.powi(power) * first_order(z, dt, lag)
         };
         coefficient * chain * delay
     })
@@ -256,6 +262,7 @@ mod tests {
             driven: Vector::unit(0),
             chain: [(1.0, 1), (0.0, 0), (0.0, 0), (0.0, 0)],
             estimates: [Vector::ZERO; 2],
+            inner: None,
             rate: Some(0),
             dt,
         };

@@ -6,6 +6,7 @@
 use std::collections::VecDeque;
 
 use super::hover::{Corner, Hover, Loop, Outputs};
+use super::inner::InnerState;
 use super::linear::{Matrix, STATES, Vector};
 use super::margin::Rotors;
 use super::survey::Which;
@@ -108,7 +109,8 @@ fn linear_peaks(of: &Loop, dt: f64, disturbances: &Disturbances, rotors: &Rotors
         return Peaks::default().zip(Peaks::default(), |_, _| f64::INFINITY);
     }
     let mut h = 1.0 / (RESOLUTION * fastest);
-    for time in [rotors.lag, rotors.delay].into_iter().filter(|&time| time > 0.0) {
+    let residual = of.inner.map_or(rotors.lag, |inner| inner.residual_lag);
+    for time in [rotors.lag, rotors.delay, residual].into_iter().filter(|&time| time > 0.0) {
         h = h.min(time / ROTOR_RESOLUTION);
     }
     let steps = (TAIL / (slowest * h)).min(STEPS_MAX) as u32;
@@ -116,7 +118,7 @@ fn linear_peaks(of: &Loop, dt: f64, disturbances: &Disturbances, rotors: &Rotors
     let mut sum = Peaks::default();
     for ((push, lasting), noise) in of.pushes.into_iter().zip(lasting).zip(noise) {
         if push != Vector::ZERO && lasting + noise > 0.0 {
-            let area = if rotors.is_prompt() {
+            let area = if rotors.is_prompt() && of.inner.is_none() {
                 impulse_area(&of.continuous, push, &of.outputs, h, steps)
             } else {
                 impulse_area_behind(rotors, of, push, h, steps)
@@ -142,7 +144,7 @@ struct Area {
 /// Integrals of magnitude and square of each output after the impulse `push` (RK4, trapezoids).
 fn impulse_area(a: &Matrix, push: Vector, outputs: &Outputs, h: f64, steps: u32) -> Area {
     let advance = rk4(a, h);
-    area(outputs, push, h, steps, |x| advance * x)
+    area(outputs, push, h, steps, |x| (advance * x, [0.0; 2]))
 }
 
 /// The same with the wrench behind `rotors`: the acceleration of the law passes a delay line and a lag.
@@ -161,37 +163,53 @@ fn impulse_area_behind(rotors: &Rotors, of: &Loop, push: Vector, h: f64, steps: 
     let late = (rotors.delay / h).round() as usize;
     let mut line = VecDeque::from(vec![0.0; late + 1]);
     let mut acceleration = 0.0;
+    let mut within = InnerState::default();
     area(&of.outputs, push, h, steps, |x| {
-        line.push_back(command.dot(x));
+        let row = command.dot(x);
+        let (asked, errors) = match &of.inner {
+            None => (row, [0.0; 2]),
+            // While the model is right, what acts by it acts.
+            Some(inner) => {
+                let demand = within.demand(inner, row);
+                (within.advance(inner, demand, h), within.errors(inner))
+            }
+        };
+        line.push_back(asked);
         let asked = line.pop_front().unwrap_or_default();
-        let next = asked + (acceleration - asked) * kept;
-        let mean = 0.5 * (acceleration + next);
-        acceleration = next;
-        free * x + mean * driven
+        let mean = if of.inner.is_some() {
+            asked
+        } else {
+            let next = asked + (acceleration - asked) * kept;
+            let mean = 0.5 * (acceleration + next);
+            acceleration = next;
+            mean
+        };
+        (free * x + mean * driven, errors)
     })
 }
 
-/// Integrals over the states that `advance` leads through.
+/// Integrals over the states that `advance` leads through; with each it gives what comes on top of the attitude's angle and of `w_e`.
 fn area(
     outputs: &Outputs,
     push: Vector,
     h: f64,
     steps: u32,
-    mut advance: impl FnMut(Vector) -> Vector,
+    mut advance: impl FnMut(Vector) -> (Vector, [f64; 2]),
 ) -> Area {
-    let seen = |x: Vector| Peaks {
+    let seen = |x: Vector, [turned, turning]: [f64; 2]| Peaks {
         position: outputs.position.dot(x).abs(),
-        attitude: outputs.attitude.dot(x).abs(),
+        attitude: (outputs.attitude.dot(x) + turned).abs(),
         tilt: outputs.tilt.dot(x).abs(),
-        rate_error: outputs.rate_error.dot(x).abs(),
+        rate_error: (outputs.rate_error.dot(x) + turning).abs(),
         g: outputs.g.dot(x).abs(),
     };
     let mut x = push;
     let mut area = Area::default();
-    let mut before = seen(x);
+    let mut before = seen(x, [0.0; 2]);
     for _ in 0..steps {
-        x = advance(x);
-        let now = seen(x);
+        let (next, errors) = advance(x);
+        x = next;
+        let now = seen(x, errors);
         let magnitude = before.zip(now, |a, b| 0.5 * h * (a + b));
         let square = before.zip(now, |a, b| 0.5 * h * (a * a + b * b));
         area.magnitude = area.magnitude.zip(magnitude, |sum, piece| sum + piece);
@@ -233,6 +251,7 @@ mod tests {
             driven: Vector::unit(1),
             chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
             estimates: [Vector::ZERO; 2],
+            inner: None,
             rate: None,
             dt: 1e-3,
         };

@@ -117,9 +117,9 @@ impl Infeasible {
     fn remedied(mut self, request: &Request) -> Self {
         let asked = request.options.attitude_bandwidth;
         let slower = asked.map(|bandwidth| (Remedy::AttitudeBandwidth, bandwidth));
-        let slower = slower.filter(|it| self.remedy.is_none_or(|(remedy, _)| remedy != it.0));
+        let slower = slower.filter(|it| self.deciding.iter().all(|(remedy, _)| *remedy != it.0));
         let passes = |request: &Request| predicted(request).is_ok();
-        for (remedy, value) in slower.into_iter().chain(self.remedy) {
+        for (remedy, value) in slower.into_iter().chain(self.deciding.clone()) {
             if let Some(words) = remedy.sufficient(request, value, passes) {
                 self.remedies.insert(0, words);
             }
@@ -148,6 +148,6 @@ fn out_of_range(law: &ControllerConfig, ultimate: &Ultimate) -> Option<Infeasibl
             "a larger wanted.attitude_bandwidth".to_owned(),
             "a larger wanted.position_range".to_owned(),
         ],
-        remedy: None,
+        deciding: vec![],
     })
 }

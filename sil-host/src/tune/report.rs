@@ -156,8 +156,17 @@ fn rotors(proposal: &Proposal) -> String {
     let Rotors { lag, delay } = proposal.request.rotors;
     let filter = &proposal.request.rate_filter;
     let filters = if filter.is_empty() { "" } else { " and the filters of the rate" };
+    let residual = proposal.law.rotors().residual_lag;
+    let led = if residual > 0.0 {
+        format!(
+            " of which the law's model with its lead leaves {} s for the torque",
+            number(residual.into())
+        )
+    } else {
+        String::new()
+    };
     let mut text = format!(
-        "\nMargins with a lag of {} s and a delay of {} s{filters}, worst corner:\n",
+        "\nMargins with a lag of {} s{led} and a delay of {} s{filters}, worst corner:\n",
         number(lag),
         number(delay)
     );

@@ -2,10 +2,12 @@
 //! short vehicle file or from a scenario, whose own gains are ignored.
 
 use ctrl_core::filter::{RateFilter, RateFilterConfig};
+use ctrl_core::rotors::RotorModel;
 use ctrl_core::vehicle::{GRAVITY, InitialEstimate, Interval, Uncertainty, VectorInterval};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
+use super::digits::rounded;
 use super::margin::Rotors;
 use super::steady::Steady;
 use ctrl_core::controller::ControllerConfig;
@@ -80,6 +82,8 @@ pub struct Wanted {
     pub noise_torque_max: Option<f64>,
     /// Least speed of return from far away on any axis (m/s); zero for any.
     pub return_speed: f64,
+    /// Quotient of the rotors' lag and of what the lead of a model of them inside the law leaves; none: no model.
+    pub rotor_lead: Option<f64>,
 }
 
 /// `[wanted]` of a vehicle file, or the flags of the same names; what is absent has a default.
@@ -111,6 +115,8 @@ pub struct WantedOptions {
     pub rate_noise: Option<f64>,
     /// See [`Wanted`]; zero.
     pub return_speed: Option<f64>,
+    /// See [`Wanted`]; no model.
+    pub rotor_lead: Option<f64>,
     /// See [`Steady`]; a flag, whose key in a vehicle file is beside the vehicle's.
     #[serde(skip)]
     pub steady_acceleration: Option<f64>,
@@ -136,6 +142,7 @@ impl WantedOptions {
             noise_torque_max: self.noise_torque_max.or(other.noise_torque_max),
             rate_noise: self.rate_noise.or(other.rate_noise),
             return_speed: self.return_speed.or(other.return_speed),
+            rotor_lead: self.rotor_lead.or(other.rotor_lead),
             steady_acceleration: self.steady_acceleration.or(other.steady_acceleration),
             steady_torque: self.steady_torque.or(other.steady_torque),
         }
@@ -151,7 +158,8 @@ impl WantedOptions {
         let agility = agility(margin);
         let tilting = agility.x.min(agility.y);
         let fastest = (tilting / attitude_range).max(0.0).sqrt();
-        let followed = ROTOR_SHARE / (rotors.lag + rotors.delay);
+        let left = rotors.lag / self.rotor_lead.unwrap_or(1.0);
+        let followed = ROTOR_SHARE / (left + rotors.delay);
         let attitude_bandwidth = self
             .attitude_bandwidth
             .unwrap_or((5.0 * position_bandwidth).min(0.75 * fastest).min(followed));
@@ -169,6 +177,7 @@ impl WantedOptions {
             rotation_slope: self.rotation_slope,
             noise_torque_max: self.noise_torque_max,
             return_speed: self.return_speed.unwrap_or(0.0),
+            rotor_lead: self.rotor_lead,
         }
     }
 }
@@ -235,6 +244,17 @@ impl Request {
         f32s.into_iter().all(|it| it == Vec3::splat(it.x))
             && self.lasting_torque == DVec3::splat(self.lasting_torque.x)
             && self.wanted.heading_bandwidth == self.wanted.attitude_bandwidth
+    }
+
+    /// Model of the rotors inside the law; a lead leaves at least one step of the lag.
+    #[must_use]
+    pub fn rotor_model(&self) -> RotorModel {
+        let lag = self.rotors.lag;
+        let left = |lead: f64| (lag / lead).max(f64::from(self.step_period).min(lag));
+        self.wanted.rotor_lead.map_or(RotorModel::OFF, |lead| RotorModel {
+            lag: lag as f32,
+            residual_lag: rounded(left(lead)) as f32,
+        })
     }
 
     /// Torque that may last about each axis, within `D2` and on top of it (N m).
@@ -341,6 +361,7 @@ impl Request {
             at("wanted.phase_margin_deg", wanted.phase_margin_deg, 1.0, 80.0, "deg"),
             at("wanted.position_bandwidth", wanted.position_bandwidth, 0.01, 100.0, "rad/s"),
             at("wanted.return_speed", wanted.return_speed, 0.0, 100.0, "m/s"),
+            at("wanted.rotor_lead", wanted.rotor_lead.unwrap_or(1.0), 1.0, 100.0, "times less lag"),
             at("wanted.damping", wanted.damping, 0.1, 0.95, "of critical damping"),
             at("wanted.margin", wanted.margin, 0.0, 0.9, "of each inequality's headroom"),
             at("wanted.position_range", wanted.position_range, 1e-3, 1e3, "m"),
@@ -355,6 +376,10 @@ impl Request {
             // The shortest decimals in the core's precision: without what widening to f64 adds.
             let [value, lower, upper] = [value, lower, upper].map(|number| number as f32);
             (path, format!("{value} must be in [{lower}, {upper}] {unit}"))
+        })
+        .or_else(|| {
+            let useless = wanted.rotor_lead.is_some() && self.rotors.lag == 0.0;
+            useless.then(|| ("wanted.rotor_lead", "needs a rotor_lag above zero".to_owned()))
         })
         .or_else(|| {
             let refused = RateFilter::new(&self.rate_filter, self.step_period).err()?;
@@ -428,8 +453,14 @@ fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
         ),
     };
     let actuation = scenario.effective_actuation();
+    let model = controller.rotors();
+    let modelled = (model.lag > 0.0).then_some(f64::from(model.lag));
+    let lead = modelled.map(|lag| {
+        if model.residual_lag > 0.0 { lag / f64::from(model.residual_lag) } else { 1.0 }
+    });
+    let flags = WantedOptions { rotor_lead: flags.rotor_lead.or(lead), ..flags };
     let rotors = Rotors {
-        lag: actuation.rotor_lag.unwrap_or_default(),
+        lag: actuation.rotor_lag.or(modelled).unwrap_or_default(),
         delay: actuation.delay.unwrap_or_default(),
     };
     let noise = scenario.state_feedback.rate_body.and_then(|it| it.white_noise);

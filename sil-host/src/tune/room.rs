@@ -49,7 +49,7 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
                 ),
                 "a smaller wanted.position_bandwidth or wanted.position_range".to_owned(),
             ],
-            remedy: None,
+            deciding: vec![],
         });
     }
     let Some(limits) = request.limits else { return Ok(lift) };
@@ -61,7 +61,7 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
             right: thrust,
             unit: "m/s^2",
             remedies: vec![lower_demand()],
-            remedy: Some((Remedy::ThrustMax, room.thrust_for(needed / free))),
+            deciding: vec![(Remedy::ThrustMax, room.thrust_for(needed / free))],
         });
     }
     let mut room = lift.min(thrust);
@@ -81,7 +81,7 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
                 right: most,
                 unit: "N m",
                 remedies: vec![lower_demand()],
-                remedy: Some((torque_max(request, axis), torque / free)),
+                deciding: vec![(torque_max(request, axis), torque / free)],
             });
         }
         room = room.min((most - lasting) / per_acceleration - d1);
@@ -186,7 +186,7 @@ fn auxiliary_gain_about(request: &Request, axis: usize, attitude: f64) -> Result
             right: most,
             unit: "N m",
             remedies,
-            remedy: Some((torque_max(request, axis), torque / free)),
+            deciding: vec![(torque_max(request, axis), torque / free)],
         });
     }
     let followed = ((most - lasting) / (inertia * core::f64::consts::TAU)).sqrt();
