@@ -125,7 +125,8 @@ fn fly_the_image(
     image: &Path,
     interrupts: &AtomicUsize,
 ) -> Result<bool, FlyError> {
-    let emulator = Emulator { program: QEMU.into(), image: image.to_owned(), shift: SHIFT };
+    let emulator =
+        Emulator { program: QEMU.into(), image: image.to_owned(), shift: SHIFT, counted: true };
     let (tcp, speed, duration) = (arguments.tcp, arguments.speed, arguments.duration);
     let options = ImageOptions { emulator, tcp, speed, duration };
     let report = fly_image(loaded, &options, interrupts, &mut |address| {

@@ -63,7 +63,7 @@ impl VehicleSession {
     pub fn boot_with_mavlink(emulator: &Emulator, mavlink: &str) -> Result<Self, PilError> {
         let line = Line::Fifos(Lockstep::start_with(emulator, &[], mavlink)?);
         let mut session = Self::over(line, emulator.cost_unit(), None);
-        session.receive()?;
+        session.receive_packet()?;
         Ok(session)
     }
 
@@ -78,7 +78,7 @@ impl VehicleSession {
     ) -> Result<(Self, Vec<Downlink>), PilError> {
         let line = Line::Fifos(Lockstep::start(emulator, directives)?);
         let mut session = Self::over(line, emulator.cost_unit(), recording);
-        let first = session.receive()?;
+        let first = session.receive_packet()?;
         Ok((session, first))
     }
 
