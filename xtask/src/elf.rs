@@ -110,18 +110,28 @@ impl Image {
             .next()
     }
 
-    /// Targets of the table of a `tbb` or `tbh` instruction, which begins at `start`.
+    /// Targets of a table at `start` whose offsets count from behind its `tbb` or `tbh` instruction, `base`.
     ///
-    /// All of them lie behind the table, so that it ends where the nearest target begins; a compiler checks
+    /// All of them lie behind the table, so that it ends where the nearest target begins, or before at what leads to
+    /// no instruction of the function: constants follow a table that is not beside its jump. A compiler checks
     /// the index before the jump. The byte that fills up an odd table is no entry.
-    pub fn jump_table(&self, start: u64, wide: bool, end: u64) -> Result<Vec<u64>> {
+    pub fn jump_table(
+        &self,
+        (start, base): (u64, u64),
+        wide: bool,
+        end: u64,
+        is_instruction: impl Fn(u64) -> bool,
+    ) -> Result<Vec<u64>> {
         let (size, mut limit, mut targets) = (if wide { 2 } else { 1 }, end, Vec::new());
         while start + size * (targets.len() as u64 + 1) <= limit {
             let at = start + size * targets.len() as u64;
             let entry =
                 self.bytes(at, size as usize).context("a jump table outside of the code")?;
             let offset = entry.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte));
-            let target = start + 2 * offset;
+            let target = base + 2 * offset;
+            if start != base && !is_instruction(target) {
+                break;
+            }
             if target <= at && at + 1 == limit {
                 break;
             }

@@ -97,10 +97,10 @@ fn below_tasks(image: &Image, listing: &Listing) -> Result<u64> {
         returns.is_some_and(|(_, it)| it.name().starts_with("pop") && it.operands.contains("pc"));
     ensure!(returns, "`{START}` does more once interrupts are on than to return");
     let idle = CallGraph::walk_without(image, listing, main.range.start, &[START])?;
+    // Every name contains the empty one: nothing is called.
     let frame = |function: &Function| {
-        image
-            .stack_size(function.range.start)
-            .with_context(|| format!("frame of `{}`", function.name))
+        let alone = CallGraph::walk_without(image, listing, function.range.start, &[""])?;
+        Ok::<_, anyhow::Error>(alone.stack(image)?.bytes)
     };
     Ok((frame(main)? + frame(start)?).max(idle.stack(image)?.bytes) + RESET)
 }

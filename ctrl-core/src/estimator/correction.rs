@@ -37,6 +37,7 @@ impl Estimator {
         let (step, limits) = (state.step, &self.config.faults);
         let health = &mut state.sources[source as usize];
         let stuck = health.is_stuck(&numbers, limits.repetitions);
+        // wcet: at most 4 iterations
         if !numbers.iter().all(|x| x.abs() <= NUMBER_MAX) {
             health.refuse();
             return Verdict::Unusable;

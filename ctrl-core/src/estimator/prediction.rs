@@ -64,6 +64,7 @@ impl Estimator {
         let numbers = [w.x, w.y, w.z, a.x, a.y, a.z];
         let stuck = state.inertial.is_stuck(&numbers, self.config.faults.repetitions);
         // Comparisons with NaN are false.
+        // wcet: at most 3 iterations
         let in_range = numbers[..3].iter().all(|x| x.abs() <= RATE_MAX)
             && numbers[3..].iter().all(|x| x.abs() <= FORCE_MAX);
         if !in_range {
@@ -106,6 +107,7 @@ impl Estimator {
             self.restart_covariance(state);
         }
         // Comparisons with NaN are false.
+        // wcet: at most 3 iterations
         let within = |x: Vec3| x.to_array().iter().all(|x| x.abs() <= STATE_MAX);
         if !(within(state.position_world) && within(state.velocity_world)) {
             restart_motion(state);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use anyhow::{Context, Result, ensure};
 
 use super::instruction::{Decoded, Flow, covered_by_it, decode};
-use crate::disassembly::{Instruction, Listing};
+use crate::disassembly::{Instruction, Listing, immediate};
 use crate::elf::{Function, Image};
 
 /// One instruction on a path.
@@ -68,8 +68,18 @@ impl FlowGraph {
             open.extend(node.edges.iter().map(|edge| edge.to));
             nodes.insert(address, node);
         }
+        for (address, _) in nodes.iter().filter(|(_, node)| has_table_apart(node)) {
+            let ways = nodes.values().flat_map(|node| &node.edges);
+            let ways = ways.filter(|edge| edge.to == *address).count();
+            ensure!(ways == 1, "the jump table at {address:#x} is reached in {ways} ways");
+        }
         Ok(Self { entry, nodes })
     }
+}
+
+/// `true` for a jump by a table that a register names.
+fn has_table_apart(node: &Node) -> bool {
+    matches!(node.decoded.flow, Flow::Table { .. }) && !node.instruction.operands.starts_with("[pc")
 }
 
 /// Instructions that an IT instruction before them makes conditional.
@@ -84,6 +94,22 @@ fn conditional(function: &Function, listing: &Listing) -> BTreeMap<u64, bool> {
         };
     }
     covered
+}
+
+/// Where the table of the jump at `address` is: behind it, or where the instruction before puts the register that it
+/// names.
+fn table(address: u64, size: u64, jump: &Instruction, listing: &Listing) -> Result<u64> {
+    let register = jump.operands.trim_start_matches('[').split(',').next().unwrap_or_default();
+    if register == "pc" {
+        return Ok(address + size);
+    }
+    let before = listing.range(..address).next_back();
+    let place = before.and_then(|(at, it)| {
+        let (named, offset) = it.operands.split_once(',')?;
+        let loads = it.name() == "adr" && named.trim() == register;
+        loads.then_some(((at + 4) & !3) + immediate(offset)?)
+    });
+    place.with_context(|| format!("cannot tell where the jump table at {address:#x} is"))
 }
 
 fn node(
@@ -108,7 +134,10 @@ fn node(
         Flow::Return => {}
         Flow::Trap => ensure!(aborts.is_some(), "a trap, which has no place in a step"),
         Flow::Table { wide } => {
-            let targets = image.jump_table(address + size, wide, function.range.end)?;
+            let table = table(address, size, &node.instruction, listing)?;
+            let own = |to: u64| inside(to) && listing.contains_key(&to);
+            let places = (table, address + size);
+            let targets = image.jump_table(places, wide, function.range.end, own)?;
             node.edges.extend(targets.into_iter().map(|to| Edge { to, taken: true }));
         }
         Flow::Jump(to) | Flow::Branch(to) => {

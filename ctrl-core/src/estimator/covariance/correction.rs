@@ -84,6 +84,7 @@ impl Update {
     fn column<const J: usize>(&mut self, column: &mut [f32; STATES], d: &mut f32, f: f32) {
         let g = *d * f;
         let lambda = -f * self.inverse;
+        // wcet: at most 16 iterations
         for (u, k) in column.iter_mut().zip(&mut self.gain).take(J) {
             let old = *u;
             *u = old + lambda * *k;

@@ -89,6 +89,7 @@ impl Covariance {
     pub fn propagate(&mut self, jacobian: &Jacobian) {
         let Jacobian { step_period, gain_world, bias } = jacobian;
         let half = 0.5 * step_period;
+        // wcet: at most 16 iterations
         for (j, column) in self.u.iter_mut().enumerate().skip(VELOCITY) {
             let [_, p0, p1, p2, v0, v1, v2, t0, t1, t2, g0, g1, g2, a0, a1, a2] = column;
             let old = Vec3::new(*v0, *v1, *v2);
@@ -121,6 +122,7 @@ impl Covariance {
             *a = 1.0;
         }
         let columns = self.u.iter_mut().zip(self.d.iter_mut()).enumerate().rev();
+        // wcet: at most 16 iterations
         for (k, (column, d)) in columns.skip(STATES - 1 - j.min(STATES - 1)) {
             let Some(&s) = a.get(k) else { break };
             let new = floored(*d + c * s * s);
@@ -128,6 +130,7 @@ impl Covariance {
             c = b * *d;
             *d = new;
             let gain = b * s;
+            // wcet: at most 16 iterations
             for (a, u) in a.iter_mut().zip(column).take(k) {
                 *a -= s * *u;
                 *u += gain * *a;
@@ -146,6 +149,7 @@ impl Covariance {
     #[must_use]
     pub fn element(&self, i: usize, j: usize) -> f32 {
         let mut sum = 0.0;
+        // wcet: at most 16 iterations
         for (column, d) in self.u.iter().zip(&self.d) {
             if let (Some(a), Some(b)) = (column.get(i), column.get(j)) {
                 sum += a * b * d;
@@ -164,6 +168,7 @@ impl Covariance {
     /// Forgets position and velocity: both uncorrelated, with new variances. The other states keep theirs.
     pub fn restart(&mut self, position: Vec3, velocity: Vec3) {
         let mut bias = 0.0;
+        // wcet: at most 16 iterations
         for (j, (column, d)) in self.u.iter_mut().zip(&self.d).enumerate() {
             let [first, rest @ ..] = column;
             if (POSITION..ATTITUDE).contains(&j) {
@@ -171,6 +176,7 @@ impl Covariance {
                 bias += *first * *first * d;
                 *first = 0.0;
             }
+            // wcet: at most 6 iterations
             for (i, u) in rest[..ATTITUDE - POSITION].iter_mut().enumerate() {
                 *u = if i + POSITION == j { 1.0 } else { 0.0 };
             }
@@ -185,6 +191,7 @@ impl Covariance {
     #[inline(always)]
     #[must_use]
     pub fn is_sound(&self) -> bool {
+        // wcet: at most 16 iterations
         self.d.iter().all(|d| (FLOOR..=CEILING).contains(d))
     }
 }
