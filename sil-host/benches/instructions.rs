@@ -17,10 +17,14 @@ use ctrl_core::controller::TrackingController;
 use ctrl_core::robust_adaptive::RobustAdaptive;
 use ctrl_core::saturated::Saturated;
 use ctrl_core::trajectory::Trajectory;
+use ctrl_core::vehicle::Wrench;
+use glam::Vec3;
 use sil_host::campaign::{Campaign, CampaignOverrides, RunOutcome, fly_run};
 use sil_host::results::FlightResults;
 use sim::guarantee::Guarantees;
 use sim::observer::Observer;
+use sim::plant::rigid_body::RigidBody;
+use sim::plant::{Disturbance, PlantParameters};
 use sim::scenario::LoadedScenario;
 use toml_edit::Document;
 
@@ -39,9 +43,14 @@ fn main() -> ExitCode {
     if !arguments.iter().any(|argument| argument == "--bench") {
         return ExitCode::SUCCESS; // run by `cargo test --all-targets`
     }
+    // Words but Cargo's own choose works; none, all.
+    let chosen: Vec<_> = arguments.iter().skip(1).filter(|word| !word.starts_with("--")).collect();
     let limits = Document::parse(LIMITS).expect("instructions.toml is TOML");
     let mut good = has_no_legacy_root();
     for (work, scenarios) in limits.as_table() {
+        if !chosen.is_empty() && !chosen.iter().any(|chosen| *chosen == work) {
+            continue;
+        }
         for (name, limit) in scenarios.as_table_like().expect("a table").iter() {
             let limit = limit.as_integer().expect("an integer") as f64;
             let count = instructions_a_step(work, name);
@@ -105,6 +114,7 @@ fn do_work(work: &str, name: &str, steps: u64) {
             flight.advance(steps);
             std::hint::black_box(flight.truth());
         }
+        ("plant", _) => plant(&scenario, steps),
         ("campaign", _) => fly_campaign(name, steps, scenario.scenario().controller.step_period()),
         ("watched", _) => {
             let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("instructions").join(name);
@@ -154,6 +164,21 @@ fn monitors(scenario: &LoadedScenario) -> Guarantees {
     let mut scenario = scenario.scenario().clone();
     scenario.guarantees.settle_time = 0.0;
     scenario.monitors()
+}
+
+/// The rigid body alone, falling from the scenario's start under a held wrench and no disturbance.
+fn plant(scenario: &LoadedScenario, steps: u64) {
+    let scenario = scenario.scenario();
+    let period = f64::from(scenario.controller.step_period());
+    let parameters = PlantParameters::from(scenario.vehicle);
+    let body = RigidBody::new(&parameters, period, scenario.plant_steps_per_tick);
+    let mut state = scenario.initial.state();
+    let wrench = Wrench { thrust: 1.0, torque_body: Vec3::splat(1e-4) };
+    let undisturbed = Disturbance::default();
+    for _ in 0..steps {
+        let (wrench, held) = std::hint::black_box((&wrench, &undisturbed));
+        state = std::hint::black_box(body.advance(&state, wrench, held));
+    }
 }
 
 /// The law alone, at a standing vehicle beside the trajectory.
