@@ -9,12 +9,10 @@ use ctrl_core::controller::AdaptiveController;
 use ctrl_core::mode::Mode;
 use ctrl_core::vehicle::{Wrench, WrenchBounds};
 use link::{Downlink, Telemetry, Uplink};
-use sim::plant::actuation::Actuators;
+use sim::plant::PlantState;
 use sim::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
 use sim::plant::ground::GroundedVehicle;
-use sim::plant::rigid_body::RigidBody;
 use sim::plant::vehicle::Plant;
-use sim::plant::{PlantParameters, PlantState};
 use sim::scenario::{LoadedScenario, Scenario};
 
 use super::error::FlyError;
@@ -75,9 +73,6 @@ impl Bench {
     fn new(scenario: &Scenario) -> Result<Self, FlyError> {
         let law = scenario.controller.build()?;
         let period = f64::from(scenario.controller.step_period());
-        let parameters = PlantParameters::from(scenario.vehicle);
-        let body = RigidBody::new(&parameters, period, scenario.plant_steps_per_tick);
-        let actuators = Actuators::new(&scenario.actuation, &parameters, &body);
         let start = scenario.initial.state();
         let standing = PlantState { position_world: start.position_world.with_z(0.0), ..start };
         let report = ImageReport {
@@ -91,7 +86,7 @@ impl Bench {
             skipped: 0,
         };
         Ok(Self {
-            plant: GroundedVehicle::new(body, actuators, standing, 0.0),
+            plant: GroundedVehicle::new(scenario.vehicle(standing, period)?, 0.0),
             disturbance: DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period),
             bounds: law.bounds(),
             report,
@@ -119,8 +114,9 @@ impl Bench {
 
     fn period(&mut self, telemetry: &Telemetry) {
         let truth = *self.plant.truth();
-        let disturbance = self.disturbance.advance(&truth);
+        let mut disturbance = self.disturbance.advance(&truth);
         self.plant.command(&telemetry.wrench);
+        self.plant.add_drag(&mut disturbance);
         self.plant.advance(&disturbance);
         self.report.ticks += 1;
         self.report.height_max = self.report.height_max.max(self.plant.truth().position_world.z);
