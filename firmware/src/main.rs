@@ -369,6 +369,7 @@ mod app {
             }
             let mut prepared = pilot.prepare(session, status, &safety);
             navigation.shift(&mut prepared.reference);
+            session.guide(pilot.navigator().mode(), &prepared.reference);
             let health = pilot.health(session, status);
             let storing = session.is_storing();
             inbox.lock(|inbox| {

@@ -17,6 +17,7 @@ use ctrl_core::estimator::{
     BarometerBias, FaultLimits, InertialNoise, InertialSample, InitialDeviation, Measurement,
     Source, SourceConfig,
 };
+use ctrl_core::mode::navigation::NavigationMode;
 use ctrl_core::mode::{Cause, Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::{CircleConfig, HoverConfig, Leg, LemniscateConfig, RisingCircleConfig};
@@ -126,6 +127,8 @@ pub enum Uplink {
     },
     /// Measurement that arrives with the tick of the next inertial sample.
     Measured(Measurement),
+    /// Asks for the reference of the next control tick; answered by [`Downlink::Guidance`].
+    GuidanceRead,
 }
 
 /// Part of the estimator's configuration. Parts are checked together, when the estimator is put to use.
@@ -173,6 +176,8 @@ pub enum Downlink {
         /// Ticks since the start of the program.
         uptime_ticks: u64,
     },
+    /// The reference of a control tick, and its source.
+    Guidance(Guidance),
 }
 
 impl Message for Uplink {
@@ -327,6 +332,17 @@ pub struct Telemetry {
     /// Cost of the step, in the unit of the board's counter (cycles, or instructions in the
     /// emulator); zero where there is none.
     pub step_cost: u32,
+}
+
+/// What the law follows at a control tick.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Guidance {
+    /// Changes of the law's parameters since the start of the program.
+    pub law_changes: u32,
+    /// Mode of the flight under a ground station.
+    pub navigation: NavigationMode,
+    /// The reference, whoever gives it.
+    pub reference: Reference,
 }
 
 /// A parameter by name and value.

@@ -10,7 +10,7 @@ use ctrl_core::setpoint::Setpoint;
 use firmware::session::SessionMemory;
 use glam::Vec3;
 use mavlink_vehicle::Vehicle;
-use sil_host::fly::{FlightLogs, FlownVehicle};
+use sil_host::fly::{FlightLogs, FlownTick, FlownVehicle};
 use sil_host::log::LogOptions;
 use sil_host::log::description::Description;
 use sil_host::log::format::Format;
@@ -39,8 +39,8 @@ impl<'m> Air<'m> {
 
     fn run(&mut self, seconds: f64) {
         for _ in 0..(seconds / self.vehicle.step_period()).round() as u64 {
-            let flown = self.vehicle.tick();
-            self.logs.observe(&flown).expect("written");
+            let FlownTick { tick, outputs, navigation } = self.vehicle.tick();
+            self.logs.observe(&tick, outputs.mode, navigation).expect("written");
             self.events.extend(self.vehicle.piloted().take_event());
         }
         assert!(!self.vehicle.differs(), "the control group differs from the law");

@@ -8,7 +8,11 @@
 mod error;
 pub mod failsafe;
 mod image;
+mod image_law;
+mod image_line;
+mod observed_law;
 mod pace;
+mod plant;
 mod ports;
 mod record;
 mod session;

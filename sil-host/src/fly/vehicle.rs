@@ -2,8 +2,8 @@
 
 use ctrl_core::allocation::Allocator;
 use ctrl_core::controller::{
-    AdaptiveController, AnyController, AnyControllerState, Auxiliary, ControllerConfig, Estimates,
-    Intermediates, LastingEstimates, TrackingController,
+    AdaptiveController, Auxiliary, ControllerConfig, Estimates, Intermediates, LastingEstimates,
+    TrackingController,
 };
 use ctrl_core::error::ConfigError;
 use ctrl_core::mode::Mode;
@@ -23,18 +23,14 @@ use glam::Vec3;
 use link::{ControllerKind, ParametersInForce};
 use mavlink_vehicle::View;
 use sim::evaluation::Evaluation;
-use sim::guarantee::lyapunov::Evaluator;
-use sim::plant::actuation::Actuators;
-use sim::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
+use sim::plant::PlantState;
 use sim::plant::ground::GroundedVehicle;
-use sim::plant::rigid_body::RigidBody;
-use sim::plant::vehicle::Plant;
-use sim::plant::{PlantParameters, PlantState};
 use sim::scenario::Scenario;
-use sim::state_source::StateSource;
 use sim::tick::Tick;
 
 use super::error::FlyError;
+use super::observed_law::ObservedLaw;
+use super::plant::FlownPlant;
 
 /// The name of this vehicle in the session's handshake.
 const BOARD: &str = "sil-host fly";
@@ -72,18 +68,16 @@ pub struct Interference {
 /// A vehicle on the ground or in flight, commanded by a [`Pilot`].
 #[derive(Debug)]
 pub struct FlownVehicle<'m> {
-    plant: GroundedVehicle,
-    disturbance: DisturbanceProcess,
-    source: StateSource,
+    plant: FlownPlant,
     /// The state that the vehicle received at the latest tick.
     measured: VehicleState,
     control: FlightControl,
     session: HostSession<'m>,
     pilot: Pilot,
-    /// The law again, observed: what the control group computes must be the same.
-    law: AnyController,
-    law_state: AnyControllerState,
-    evaluator: Evaluator,
+    /// The law again: what the control group computes must be the same.
+    observed: ObservedLaw,
+    /// The controller that a station has changed, until it is taken.
+    changed: Option<ControllerConfig>,
     status: ControlStatus,
     ticks: u64,
     period: f64,
@@ -110,27 +104,19 @@ impl<'m> FlownVehicle<'m> {
         let pilot = Pilot::new(&Pilot::moderate(&law), &law)?;
         let mut control = FlightControl::new(&law, &VEHICLE.supervisor, &VEHICLE.geometry)?;
         control.set_safety(&VEHICLE.safety)?;
-        let period = f64::from(law.step_period());
-        let parameters = PlantParameters::from(scenario.vehicle);
-        let body = RigidBody::new(&parameters, period, scenario.plant_steps_per_tick);
-        let actuators = Actuators::new(&scenario.actuation, &parameters, &body);
-        let start = scenario.initial.state();
-        let standing = PlantState { position_world: start.position_world.with_z(0.0), ..start };
+        let plant = FlownPlant::new(scenario)?;
         Ok(Self {
-            plant: GroundedVehicle::new(body, actuators, standing, 0.0),
-            disturbance: DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period),
-            source: StateSource::new(scenario, law.step_period(), &standing)?,
-            measured: standing.measured(),
+            measured: plant.truth().measured(),
+            plant,
             control,
             session,
             pilot,
-            law_state: law.initial_state(),
-            evaluator: scenario.evaluator(),
+            observed: ObservedLaw::new(scenario)?,
+            changed: None,
             thrust_max: law.bounds().thrust_max,
-            law,
             status: ControlStatus::default(),
             ticks: 0,
-            period,
+            period: law.step_period().into(),
             thrust: 0.0,
             differs: false,
             interference: Interference::default(),
@@ -141,16 +127,13 @@ impl<'m> FlownVehicle<'m> {
     /// One control tick: sample, reference, control group, plant.
     pub fn tick(&mut self) -> FlownTick {
         let truth = *self.plant.truth();
-        let measured = self.source.measure(&truth);
+        let measured = self.plant.measure();
         let Interference { sample_lost, overrun, kill, .. } = self.interference;
         // What is lost leaves the one before: the law holds it, too.
         self.measured = if sample_lost { self.measured } else { measured };
         let sample = (!sample_lost).then_some(measured);
         let reference = self.pilot.step(self.status.mode, sample.as_ref()).reference;
-        if let Some(law) = self.session.take_law() {
-            self.control.replace_law(law);
-            (self.law, self.thrust_max) = (*law, law.bounds().thrust_max);
-        }
+        self.follow_law();
         let inputs = Inputs {
             sample: sample.map(|state| StateSample { state, age_ticks: 0 }),
             reference,
@@ -166,8 +149,7 @@ impl<'m> FlownVehicle<'m> {
             self.pilot.answered(answer);
         }
         self.pilot.react(outputs.mode, &outputs.safety);
-        let disturbance = self.disturbance.advance(&truth);
-        let applied = self.plant.command(&self.wrench_of(&outputs));
+        let (applied, disturbance) = self.plant.command(&self.wrench_of(&outputs));
         let mut tick = Tick {
             tick: self.ticks,
             time: self.ticks as f64 * self.period,
@@ -184,7 +166,8 @@ impl<'m> FlownVehicle<'m> {
             evaluation: Evaluation::default(),
         };
         tick.output.wrench = outputs.wrench;
-        self.observe_law(&mut tick, &outputs);
+        let observed = self.observed.observe(&mut tick, outputs.mode, &self.measured);
+        self.differs |= observed.is_some_and(|step| step.output != outputs.step);
         self.plant.advance(&disturbance);
         self.ticks += 1;
         self.thrust = outputs.wrench.thrust;
@@ -194,6 +177,22 @@ impl<'m> FlownVehicle<'m> {
             uptime: self.ticks as u32, // wraps, as the firmware's
         };
         FlownTick { tick, outputs, navigation: self.pilot.navigator().mode() }
+    }
+
+    /// Takes a law that has replaced the one before.
+    fn follow_law(&mut self) {
+        let Some(law) = self.session.take_law() else { return };
+        self.control.replace_law(law);
+        self.thrust_max = law.bounds().thrust_max;
+        let config = self.session.tuning().config();
+        // The session has built the same law.
+        self.differs |= self.observed.follow(&config).is_err();
+        self.changed = Some(config);
+    }
+
+    /// The controller that a station has changed since it was last asked for.
+    pub fn take_changed(&mut self) -> Option<ControllerConfig> {
+        self.changed.take()
     }
 
     fn health(&self) -> Health {
@@ -232,31 +231,6 @@ impl<'m> FlownVehicle<'m> {
     /// Faults from the next tick on.
     pub fn interfere(&mut self, interference: Interference) {
         self.interference = interference;
-    }
-
-    /// Evaluates the law again beside the control group, for its intermediate quantities.
-    fn observe_law(&mut self, tick: &mut Tick, outputs: &Outputs) {
-        if outputs.mode != Mode::Flying {
-            if outputs.mode != Mode::Failsafe {
-                self.law_state = self.law.initial_state();
-            }
-            tick.estimates = self.law.estimates(&self.law_state);
-            tick.evaluation.position_error = tick.position_error();
-            return;
-        }
-        tick.estimates = self.law.estimates(&self.law_state);
-        tick.auxiliary = self.law.auxiliary(&self.law_state);
-        tick.lasting = self.law.lasting(&self.law_state);
-        let mut seen = Intermediates::default();
-        let output = self.law.step_observed(
-            &mut self.law_state,
-            &self.measured,
-            &tick.reference,
-            |intermediates| seen = *intermediates,
-        );
-        self.differs |= output != outputs.step;
-        tick.intermediates = seen;
-        tick.evaluation = self.evaluator.evaluate(tick);
     }
 
     /// The vehicle as the protocol handles it.
@@ -317,7 +291,7 @@ impl<'m> FlownVehicle<'m> {
     /// The plant.
     #[must_use]
     pub fn plant(&self) -> &GroundedVehicle {
-        &self.plant
+        self.plant.grounded()
     }
 
     /// `true` if the control group's step ever differed from the law's, to the bit.

@@ -77,6 +77,21 @@ impl Description {
     }
 }
 
+impl Description {
+    /// Follows parameters of the controller that have changed since.
+    ///
+    /// # Errors
+    /// Names the parameter that the controller refuses; nothing is then changed.
+    pub fn follow(&mut self, controller: &ControllerConfig) -> Result<(), ConfigError> {
+        self.bounds = controller.build()?.bounds();
+        for (name, value) in parameters_of(controller) {
+            let known = self.parameters.iter_mut().find(|(known, _)| *known == name);
+            known.into_iter().for_each(|(_, old)| *old = value);
+        }
+        Ok(())
+    }
+}
+
 fn path(scenario: &Scenario) -> Result<Vec<Reference>, ConfigError> {
     let trajectory = scenario.trajectory.build(scenario.controller.step_period())?;
     let ticks = scenario.ticks();
@@ -85,10 +100,7 @@ fn path(scenario: &Scenario) -> Result<Vec<Reference>, ConfigError> {
 }
 
 fn parameters(scenario: &Scenario) -> Vec<(String, f32)> {
-    let mut all = match &scenario.controller {
-        ControllerConfig::RobustAdaptive(config) => named(config),
-        ControllerConfig::Saturated(config) => named(config),
-    };
+    let mut all = parameters_of(&scenario.controller);
     let vehicle = &scenario.vehicle;
     let [x, y, z] = vehicle.inertia.to_array();
     let rest = [
@@ -100,6 +112,13 @@ fn parameters(scenario: &Scenario) -> Vec<(String, f32)> {
     ];
     all.extend(rest.map(|(name, value)| (name.to_owned(), value as f32)));
     all
+}
+
+fn parameters_of(controller: &ControllerConfig) -> Vec<(String, f32)> {
+    match controller {
+        ControllerConfig::RobustAdaptive(config) => named(config),
+        ControllerConfig::Saturated(config) => named(config),
+    }
 }
 
 /// The names of `docs/protocol.md` with their values.
