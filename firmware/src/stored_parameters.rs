@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::parameter_store::{Found, PAYLOAD_MAX, Payload};
 use crate::scenario::Tuning;
+use crate::stored_signing::parts;
 
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 const ROBUST_ADAPTIVE: usize = RobustAdaptiveConfig::NAMES.len();
@@ -131,10 +132,10 @@ fn accept(
     trajectory: &TrajectoryConfig,
     payload: &[u8],
 ) -> Result<ParameterOrigin, SetError> {
-    let stored = match postcard::take_from_bytes(payload) {
-        Ok((StoredParameters::Set(set), [])) => set.tuning(tuning)?,
-        Ok((StoredParameters::Forgotten, [])) => return Ok(ParameterOrigin::BuiltIn),
-        _ => return Err(SetError::Foreign),
+    let stored = match parts(payload).0 {
+        Some(StoredParameters::Set(set)) => set.tuning(tuning)?,
+        Some(StoredParameters::Forgotten) => return Ok(ParameterOrigin::BuiltIn),
+        None => return Err(SetError::Foreign),
     };
     let other = match stored.kind {
         ControllerKind::RobustAdaptive => ControllerKind::Saturated,

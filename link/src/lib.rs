@@ -29,7 +29,7 @@ pub use frame::{Decoder, EncodeError, Encoder, Received};
 pub use message::{
     Acknowledgement, ControllerKind, Downlink, EstimatorSetting, FaultKind, FaultReport, Guidance,
     Health, Identity, Message, ParameterOrigin, ParameterValue, ParametersInForce, Rejection,
-    Telemetry, TrajectorySelection, Uplink,
+    Secret, Telemetry, TrajectorySelection, Uplink,
 };
 pub use parameter::Parameters;
 pub use statistics::{GroupHealth, LinkStatistics};

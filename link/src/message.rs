@@ -129,6 +129,24 @@ pub enum Uplink {
     Measured(Measurement),
     /// Asks for the reference of the next control tick; answered by [`Downlink::Guidance`].
     GuidanceRead,
+    /// Puts a key of MAVLink's signatures in force and keeps it over a restart, or, all zeros, removes it; only disarmed.
+    /// The line must be one that nobody else reads.
+    SigningKey {
+        /// The key.
+        key: Secret,
+        /// Time of the host's clock, which the vehicle's goes on from (10 us since 2015-01-01).
+        timestamp: u64,
+    },
+}
+
+/// A key, never shown.
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Secret(pub [u8; 32]);
+
+impl core::fmt::Debug for Secret {
+    fn fmt(&self, out: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        out.write_str("Secret(..)")
+    }
 }
 
 /// Part of the estimator's configuration. Parts are checked together, when the estimator is put to use.

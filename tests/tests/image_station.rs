@@ -18,7 +18,9 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
-use sil_host::fly::{FlyError, FlyEvent, ImageOptions, ImageReport, PortOptions, fly_image};
+use sil_host::fly::{
+    FlyError, FlyEvent, ImageOptions, ImageReport, PortOptions, SigningKey, fly_image, read_key,
+};
 use sil_host::log::LogOptions;
 use sil_host::log::format::Format;
 use sim::scenario::LoadedScenario;
@@ -46,15 +48,27 @@ struct Flown {
 
 impl Flown {
     fn start(scenario: &str) -> Self {
+        Self::start_with(scenario, None, None)
+    }
+
+    fn start_with(
+        scenario: &str,
+        memory: Option<PathBuf>,
+        signing_key: Option<SigningKey>,
+    ) -> Self {
         let loaded = LoadedScenario::open(scenario, &[]).expect("a scenario");
         // Free at this moment; a station binds it.
         let udp = UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
         let udp = udp.expect("a free port");
-        let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("image-station");
+        // Tests run side by side: those with a memory have directories of their own.
+        let own = if memory.is_some() { "image-station-signed" } else { "image-station" };
+        let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(own);
         let _ = std::fs::remove_dir_all(out.join(scenario));
         let options = ImageOptions {
             emulator: emulator::emulator("firmware"),
             ports: PortOptions { udp: vec![udp], tcp: "127.0.0.1:0".parse().ok() },
+            memory,
+            signing_key,
             speed: SPEED,
             duration: None,
             out,
@@ -133,6 +147,13 @@ impl Flown {
         serde_json::from_str(last).expect("JSON")
     }
 
+    /// Stops an image that has not flown.
+    fn stop_on_the_ground(self) {
+        self.interrupts.store(1, Ordering::Relaxed);
+        let report = self.flight.join().expect("no panic").expect("it flew");
+        assert!(report.passed() && report.height_max == 0.0, "{report:?}");
+    }
+
     /// Stops the image: every guarantee of every flight has held, with the bits of the law on the host, and every flight
     /// has left a log that pyulog reads.
     fn stop(self) -> ImageReport {
@@ -193,4 +214,23 @@ fn mavproxy_has_the_parameters_of_the_image_and_flies_it() {
     );
     let report = image.stop();
     assert!((1.8..2.3).contains(&report.height_max), "{report:?}");
+}
+
+#[test]
+fn the_image_keeps_a_key_over_a_restart_and_refuses_what_was_recorded_before_it() {
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("image-signing");
+    let _ = std::fs::remove_dir_all(&place);
+    std::fs::create_dir_all(&place).expect("a directory");
+    let [memory, recorded] = ["memory", "recorded"].map(|name| place.join(name));
+    let digits = "c2eb71c56733482ad43db8f9b5d517f4eeb2f6365877aac8c13de0322b3f6fb1";
+    let file = place.join("key");
+    std::fs::write(&file, digits).expect("written");
+    let key = read_key(&file).expect("a key");
+    for (given, steps) in [(Some(key), 14), (None, 4)] {
+        let image = Flown::start_with("paper-saturated", Some(memory.clone()), given);
+        let arguments = ["ADDRESS", digits, &recorded.display().to_string()];
+        let said = image.say("station_signing.py", &arguments);
+        assert!(said["steps"].as_array().expect("steps").len() >= steps, "{said}");
+        image.stop_on_the_ground();
+    }
 }

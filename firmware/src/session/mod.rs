@@ -34,6 +34,7 @@ use crate::sensor::HostSensors;
 use crate::state_sample::{ArrivedState, StateSample, TickOrder};
 use crate::tick_source::{LockStepRequest, TickOrigin};
 use crate::vehicle::{LinkConfig, VehicleConfig};
+pub use storage::SigningChange;
 use storage::Storage;
 
 /// Answers that may wait.
@@ -142,6 +143,10 @@ pub struct HostSession<'a> {
     /// Changes of the law.
     law_changes: u32,
     guidance_asked: bool,
+    /// Signatures that have been stored, until the ground station's port takes them.
+    signing: Option<SigningChange>,
+    /// Their time may be stored again.
+    signing_storable: bool,
 }
 
 impl<'a> HostSession<'a> {
@@ -219,6 +224,8 @@ impl<'a> HostSession<'a> {
             heard: 0,
             law_changes: 0,
             guidance_asked: false,
+            signing: None,
+            signing_storable: true,
             fault,
             config,
         }
@@ -270,7 +277,10 @@ impl<'a> HostSession<'a> {
                     Err(rejection) => Err(rejection),
                 }
             }
-            Uplink::Command(_) | Uplink::ParametersPersist | Uplink::ParametersForget => {
+            Uplink::Command(_)
+            | Uplink::ParametersPersist
+            | Uplink::ParametersForget
+            | Uplink::SigningKey { .. } => {
                 match self.begin(sequence, message, status) {
                     Ok(()) => return, // answered once it is done
                     Err(rejection) => Err(rejection),
@@ -338,6 +348,9 @@ impl<'a> HostSession<'a> {
         match message {
             Uplink::Command(command) => self.queue_command(sequence, *command),
             Uplink::ParametersPersist => self.persist(sequence, status),
+            Uplink::SigningKey { key, timestamp } => {
+                self.keep_key(sequence, key, *timestamp, status)
+            }
             _ => self.forget(sequence, status),
         }
     }

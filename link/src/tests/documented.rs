@@ -126,6 +126,8 @@ fn numbers_of_messages_modes_and_commands() {
     let height = ctrl_core::estimator::Measurement::Barometer(0.0);
     numbered(variant(&Uplink::Measured(height)), "Measured");
     numbered(variant(&Uplink::GuidanceRead), "GuidanceRead");
+    let key = Secret([0; 32]);
+    numbered(variant(&Uplink::SigningKey { key, timestamp: 0 }), "SigningKey");
     numbered(variant(&Downlink::Guidance(guidance())), "Guidance");
     numbered(variant(&Downlink::Stepped { uptime_ticks: 0 }), "Stepped");
     let value = ParameterValue { index: 0, count: 0, name: name(), value: 0.0 };

@@ -92,6 +92,7 @@ fn longest_uplink_messages() {
         (Uplink::Inertial { tick: u64::MAX, sample: InertialSample::default() }, 35),
         (Uplink::Measured(Measurement::CaptureAttitude(Quat::IDENTITY)), 18),
         (Uplink::GuidanceRead, 1),
+        (Uplink::SigningKey { key: Secret([u8::MAX; 32]), timestamp: u64::MAX }, 43),
     ] {
         assert_eq!(length(&message), bytes, "{message:?}");
     }

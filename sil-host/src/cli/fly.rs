@@ -47,8 +47,11 @@ pub struct FlyArguments {
     )]
     pub tcp: SocketAddr,
     /// Fly the firmware's image in the emulator, with this program's plant, by MAVLink over its own port.
-    #[arg(long, value_name = "ELF", conflicts_with_all = ["system", "px4", "signing_key", "origin"])]
+    #[arg(long, value_name = "ELF", conflicts_with_all = ["system", "px4", "origin"])]
     pub image: Option<PathBuf>,
+    /// With an image: file that stands for the chip's memory of parameters and signing key.
+    #[arg(long, value_name = "FILE", requires = "image")]
+    pub memory: Option<PathBuf>,
     /// Number of the system in MAVLink.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=250))]
     pub system: u8,
@@ -138,9 +141,15 @@ fn fly_the_image(
     image: &Path,
     interrupts: &AtomicUsize,
 ) -> Result<bool, FlyError> {
+    if let (Some(key), None) = (&arguments.signing_key, &arguments.memory) {
+        let reason = "the image keeps a key in its memory: give it one by --memory FILE";
+        return Err(FlyError::Key(key.clone(), reason.to_owned()));
+    }
     let options = ImageOptions {
         emulator: Emulator { program: QEMU.into(), image: image.to_owned(), shift: SHIFT },
         ports: arguments.ports(),
+        memory: arguments.memory.clone(),
+        signing_key: arguments.signing_key.as_deref().map(read_key).transpose()?,
         speed: arguments.speed,
         duration: arguments.duration,
         out: arguments.out.clone(),

@@ -13,7 +13,8 @@ use ctrl_core::mode::Mode;
 use ctrl_core::mode::navigation::NavigationMode;
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
-use link::{Downlink, Guidance, Telemetry, Uplink};
+use link::{Downlink, Guidance, Secret, Telemetry, Uplink};
+use mavlink_vehicle::SigningKey;
 use sim::evaluation::Evaluation;
 use sim::scenario::LoadedScenario;
 use sim::tick::Tick;
@@ -26,6 +27,7 @@ use super::plant::FlownPlant;
 use super::ports::{PortOptions, Ports};
 use super::record::{FlightLogs, FlownReport};
 use super::session::FlyEvent;
+use super::signing;
 use crate::log::LogOptions;
 use crate::log::description::Description;
 use crate::pil::PilError;
@@ -44,6 +46,10 @@ pub struct ImageOptions {
     pub emulator: Emulator,
     /// Addresses of the ports.
     pub ports: PortOptions,
+    /// File that stands for the chip's memory of parameters and key; without one the image keeps nothing.
+    pub memory: Option<PathBuf>,
+    /// Key of signatures that the image is given before it flies, and keeps.
+    pub signing_key: Option<SigningKey>,
     /// Speed over real time.
     pub speed: f64,
     /// End of the session (s of flight); none: when it is asked to stop.
@@ -230,9 +236,16 @@ pub fn fly_image(
     let mut ports = Ports::open(&options.ports).map_err(FlyError::Port)?;
     let door = ImageDoor::open().map_err(FlyError::Port)?;
     let device = door.device().map_err(FlyError::Port)?;
-    let mut session = VehicleSession::boot_with_mavlink(&options.emulator, &device)?;
+    let memory = options.memory.iter().map(|file| format!("parameters={}", file.display()));
+    let directives: Vec<_> = memory.collect();
+    let mut session = VehicleSession::boot_with_mavlink(&options.emulator, &directives, &device)?;
     let mut line = door.accept().map_err(FlyError::Port)?;
     stand(&mut session, loaded.scenario())?;
+    if let Some(key) = options.signing_key {
+        let state = bench.measured;
+        let message = Uplink::SigningKey { key: Secret(key.to_bytes()), timestamp: signing::now() };
+        session.expect_ok("the signing key", message, state)?;
+    }
     show(FlyEvent::Listening(ports.tcp_address()));
     let mut start = Instant::now();
     let (mut paced, mut shown) = (0_u64, 0);

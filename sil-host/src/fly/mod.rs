@@ -21,6 +21,7 @@ mod vehicle;
 
 pub use error::FlyError;
 pub use image::{ImageOptions, ImageReport, fly_image};
+pub use mavlink_vehicle::SigningKey;
 pub use ports::{PortOptions, Ports};
 pub use record::{FlightLogs, FlownReport};
 pub use session::{FlyEvent, FlyOptions, fly};

@@ -33,7 +33,6 @@ pub const GROUND_ONLY: &[(&str, &str)] = &[
         "samples come from simulated sensors only, until drivers are aboard",
     ),
     ("OnboardNavigation::configure", "as above"),
-    ("SigningKey::sign", "the image has no key"),
     ("FlightControl::replace_law", "a law is replaced on the ground"),
     ("firmware::app::announce", "lock step only, in which the vehicle waits for its host anyway"),
 ];
