@@ -10,12 +10,20 @@ use glam::Vec3;
 
 /// A number or a vector that can be clamped element-wise.
 pub trait Projected: Copy + Default + PartialEq + Add<Output = Self> + Sub<Output = Self> {
+    /// `true` if an element is beyond `[-1, 1]`.
+    fn is_beyond_one(self) -> bool;
+
     /// Clamps each element to its interval of `[lower, upper]`; where that changes it, `carry` becomes
     /// zero. Returns `true` if it changed any.
     fn project(&mut self, lower: Self, upper: Self, carry: &mut Self) -> bool;
 }
 
 impl Projected for f32 {
+    #[inline(always)]
+    fn is_beyond_one(self) -> bool {
+        self.abs() > 1.0
+    }
+
     #[inline(always)]
     fn project(&mut self, lower: f32, upper: f32, carry: &mut Self) -> bool {
         let border = if *self < lower {
@@ -31,6 +39,11 @@ impl Projected for f32 {
 }
 
 impl Projected for Vec3 {
+    #[inline(always)]
+    fn is_beyond_one(self) -> bool {
+        self.x.is_beyond_one() || self.y.is_beyond_one() || self.z.is_beyond_one()
+    }
+
     #[inline(always)]
     fn project(&mut self, lower: Self, upper: Self, carry: &mut Self) -> bool {
         let x = self.x.project(lower.x, upper.x, &mut carry.x);
@@ -65,11 +78,23 @@ impl<T: Projected> Estimate<T> {
     /// Adds `increment` and projects onto `[lower, upper]`; returns `true` if the projection acted.
     #[inline(always)]
     pub fn advance(&mut self, increment: T, lower: T, upper: T) -> bool {
+        self.add(increment);
+        self.value.project(lower, upper, &mut self.excess)
+    }
+
+    /// [`advance`](Self::advance) onto `[-one, one]`, the vector of ones: one comparison an element.
+    #[inline(always)]
+    pub fn advance_within_one(&mut self, increment: T, one: T) -> bool {
+        self.add(increment);
+        self.value.is_beyond_one() && self.value.project(T::default() - one, one, &mut self.excess)
+    }
+
+    #[inline(always)]
+    fn add(&mut self, increment: T) {
         let wanted = increment - self.excess;
         let sum = self.value + wanted;
         self.excess = (sum - self.value) - wanted;
         self.value = sum;
-        self.value.project(lower, upper, &mut self.excess)
     }
 }
 

@@ -31,7 +31,7 @@ use crate::error::{Audit, Bound, Condition, ConfigError, Judge, Strict, axis_nam
 use crate::reference::Reference;
 use crate::rotation::vector_part;
 use crate::rotors::{Commanded, RotorLag};
-use crate::saturation::{clip, smooth_sign_value};
+use crate::saturation::{clip_seen, smooth_sign_value};
 use crate::sqrt::sqrt;
 use crate::vehicle::{VectorInterval, VehicleState, WrenchBounds};
 
@@ -221,8 +221,8 @@ impl Saturated {
         let Commanded { torque, acting, saturated } = match &self.rotors {
             Some(rotors) => rotors.command(torque_demand, config.torque_max, state.acting_torque),
             None => {
-                let torque = clip(torque_demand, config.torque_max); // (37)
-                Commanded { torque, acting: torque, saturated: torque != torque_demand }
+                let (torque, saturated) = clip_seen(torque_demand, config.torque_max); // (37)
+                Commanded { torque, acting: torque, saturated }
             }
         };
         Law {
@@ -252,7 +252,7 @@ impl Saturated {
         let (lower, upper) = (self.inverse_inertia_min, self.inverse_inertia_max);
         let theta = state.inverse_inertia.advance(dt * law.inverse_inertia_rate, lower, upper);
         let increment = dt * law.gyroscopic_ratio_rate;
-        let pi = state.gyroscopic_ratio.advance(increment, Vec3::NEG_ONE, Vec3::ONE);
+        let pi = state.gyroscopic_ratio.advance_within_one(increment, Vec3::ONE);
         if theta | pi {
             status |= StepStatus::INERTIA_PROJECTED;
         }

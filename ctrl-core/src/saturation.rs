@@ -7,6 +7,8 @@
 //! ```
 //! All act element-wise on vectors. `delta` counts as constant when `h` is differentiated.
 
+use core::hint::cold_path;
+
 use glam::Vec3;
 
 use crate::sqrt::sqrt;
@@ -74,6 +76,18 @@ pub fn clip(x: Vec3, limit: Vec3) -> Vec3 {
     Vec3::new(clip(x.x, limit.x), clip(x.y, limit.y), clip(x.z, limit.z))
 }
 
+/// [`clip`], and `true` if it changed an element; NaN is none.
+#[inline(always)]
+#[must_use]
+pub fn clip_seen(x: Vec3, limit: Vec3) -> (Vec3, bool) {
+    let size = x.abs();
+    if size.x > limit.x || size.y > limit.y || size.z > limit.z {
+        (clip(x, limit), true)
+    } else {
+        (x, false)
+    }
+}
+
 /// `x` clipped to `[lower, upper]`; NaN stays NaN. Unlike `f32::clamp` it has no panic for
 /// unordered ends, which the constructors exclude.
 #[inline(always)]
@@ -112,7 +126,13 @@ fn tanh_each(x: Vec3) -> Vec3 {
     let p = (((P[4] * y + P[3]) * y + P[2]) * y + P[1]) * y + P[0];
     let q = ((y + Q[2]) * y + Q[1]) * y + Q[0];
     let t = x * p / q;
-    let limited = |y: f32, t: f32, x: f32| if y > RANGE_SQUARED { 1.0_f32.copysign(x) } else { t };
+    let limited = |y: f32, t: f32, x: f32| {
+        if y > RANGE_SQUARED {
+            cold_path();
+            return 1.0_f32.copysign(x);
+        }
+        t
+    };
     Vec3::new(limited(y.x, t.x, x.x), limited(y.y, t.y, x.y), limited(y.z, t.z, x.z))
 }
 

@@ -78,12 +78,13 @@ pub(crate) fn desired_attitude(
     let sine_squared = lateral.length_squared();
     let defined = sine_squared > SINGULAR_SINE * SINGULAR_SINE * normal.value.length_squared();
     let held = !defined;
-    let (r2, rho) = if held {
+    let (r2, rho, inverse_rho) = if held {
         // Zero times NaN or an infinity is NaN: a heading that is not finite must not pass as held.
-        (orthogonal_to(r3, held_lateral), 0.0 * sine_squared)
+        (orthogonal_to(r3, held_lateral), 0.0, 0.0 * sine_squared)
     } else {
         let rho = sqrt(sine_squared);
-        (lateral * (1.0 / rho), rho) // (22)
+        let inverse_rho = 1.0 / rho;
+        (lateral * inverse_rho, rho, inverse_rho) // (22)
     };
     let r1 = r2.cross(r3); // (23)
     let frame = Mat3::from_cols(r1, r2, r3);
@@ -97,21 +98,15 @@ pub(crate) fn desired_attitude(
     let tilting = u.second * inverse_n - 2.0 * p.z * u_dot;
     let (x, y) = (-p.y, p.x); // (25)
     // The yaw rate that keeps r2 . B = 0; none while the lateral axis is held.
-    let (z, yaw) = if held {
-        (rho, None)
-    } else {
-        let b = transpose_mul(&frame, normal.first);
-        let s = r3.dot(normal.value);
-        let inverse_rho = 1.0 / rho;
-        ((b.y + s * x) * inverse_rho, Some((b, s, inverse_rho)))
-    };
+    let b = transpose_mul(&frame, normal.first);
+    let s = r3.dot(normal.value);
+    let z = (b.y + s * x) * inverse_rho;
     let x_dot = z * y - axes_world.y_axis.dot(tilting);
     let y_dot = axes_world.x_axis.dot(tilting) - z * x;
-    let z_dot = yaw.map_or(0.0, |(b, s, inverse_rho)| {
-        let s_dot = rho * y + b.z;
-        let rho_dot = b.x - s * y;
-        (r2.dot(normal.second) - z * (b.x + rho_dot) + x * (b.z + s_dot) + s * x_dot) * inverse_rho
-    });
+    let s_dot = rho * y + b.z;
+    let rho_dot = b.x - s * y;
+    let z_dot =
+        (r2.dot(normal.second) - z * (b.x + rho_dot) + x * (b.z + s_dot) + s * x_dot) * inverse_rho;
     DesiredAttitude {
         axes_world,
         rate: Vec3::new(x, y, z),
@@ -125,6 +120,8 @@ pub(crate) fn desired_attitude(
 ///
 /// If `held` is itself along `axis`, any orthogonal vector serves: the smallest component of
 /// `axis` picks one that is at least `sqrt(2/3)` away from it.
+#[cold]
+#[inline(never)]
 fn orthogonal_to(axis: Vec3, held: Vec3) -> Vec3 {
     let rejected = held - axis.dot(held) * axis;
     let square = rejected.length_squared();

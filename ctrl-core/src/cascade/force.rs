@@ -25,6 +25,8 @@
 //! The attitude needs the direction of `alpha` alone, which is that of `u`; `alpha'` and `alpha''`
 //! themselves are formed for observers only.
 
+use core::hint::cold_path;
+
 use glam::{Mat3, Vec3};
 
 use super::Cascade;
@@ -124,6 +126,7 @@ pub(crate) fn force_command(
     reference: &Reference,
 ) -> ForceCommand {
     if law.integral.force.is_some() {
+        cold_path(); // the registers of a step without it are its own
         command::<true>(law, beta, delta_squared, d_hat, vehicle, r, reference)
     } else {
         command::<false>(law, beta, delta_squared, d_hat, vehicle, r, reference)
