@@ -194,6 +194,9 @@ def tune_gains(
     noise_torque_max: float | None = None,
     rotation_slope: float | None = None,
     return_speed: float | None = None,
+    rotor_lead: float | None = None,
+    steady_acceleration: float | None = None,
+    steady_torque: float | None = None,
     fly_check: bool = True,
     progress: Callable[[int, int, int], object] | None = None,
 ) -> tuple[str, str, str]: ...

@@ -188,6 +188,9 @@ def tune(
     noise_torque_max: float | None = None,
     rotation_slope: float | None = None,
     return_speed: float | None = None,
+    rotor_lead: float | None = None,
+    steady_acceleration: float | None = None,
+    steady_torque: float | None = None,
     check: bool = True,
     progress: Progress | bool | None = None,
 ) -> Proposal:
@@ -205,6 +208,9 @@ def tune(
         noise_torque_max: most torque that this noise may make, root mean square over all axes (N m).
         rotation_slope: slope of the rotational smooth sign at zero, as a multiple of k4.
         return_speed: least speed of return from far away on any axis (m/s).
+        rotor_lead: quotient of the rotors' lag and of what the lead of a model of them inside the law leaves.
+        steady_acceleration: push along each horizontal axis that lasts, on top of D1 (m/s^2): integral action.
+        steady_torque: torque about each axis that lasts, on top of D2 (N m): the same.
         check: fly a small campaign over the corners of the vehicle.
         progress: called with the runs of the check that are flown and the runs in all; True shows a bar.
 
@@ -226,6 +232,9 @@ def tune(
         noise_torque_max=noise_torque_max,
         rotation_slope=rotation_slope,
         return_speed=return_speed,
+        rotor_lead=rotor_lead,
+        steady_acceleration=steady_acceleration,
+        steady_torque=steady_torque,
         fly_check=check,
         progress=reporter(progress, "check"),
     )

@@ -232,7 +232,7 @@ pub fn built_in_campaigns() -> Vec<&'static str> {
     vehicle, *, position_bandwidth = None, attitude_bandwidth = None, heading_bandwidth = None,
     damping = None, margin = None, position_range = None, attitude_range = None, phase_margin = None,
     rate_noise = None, noise_torque_max = None, rotation_slope = None, return_speed = None,
-    fly_check = true, progress = None
+    rotor_lead = None, steady_acceleration = None, steady_torque = None, fly_check = true, progress = None
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub fn tune_gains(
@@ -250,6 +250,9 @@ pub fn tune_gains(
     noise_torque_max: Option<f64>,
     rotation_slope: Option<f64>,
     return_speed: Option<f64>,
+    rotor_lead: Option<f64>,
+    steady_acceleration: Option<f64>,
+    steady_torque: Option<f64>,
     fly_check: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<(String, String, String)> {
@@ -266,6 +269,9 @@ pub fn tune_gains(
         noise_torque_max,
         rate_noise,
         return_speed,
+        rotor_lead,
+        steady_acceleration,
+        steady_torque,
     };
     let counter = Arc::new(Counter::default());
     let flying = Arc::clone(&counter);

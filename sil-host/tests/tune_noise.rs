@@ -75,6 +75,8 @@ fn flights_have_the_predicted_torque() {
             &proposal(&HALF_KILOGRAM.replace("rate_noise = 0.03", lines)),
         );
     }
+    let slow = HALF_KILOGRAM.replace("rate_noise = 0.03", "rate_noise = 0.03\nrotor_lag = 0.03");
+    assert_flown_as_predicted("a lead", &proposal(&format!("{slow}rotor_lead = 3.0\n")));
 }
 
 #[test]

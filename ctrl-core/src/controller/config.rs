@@ -88,10 +88,20 @@ impl ControllerConfig {
         of_each!(self, config => &config.integral)
     }
 
+    /// Bounds and gains of the integral action, mutable.
+    pub fn integral_mut(&mut self) -> &mut IntegralAction {
+        of_each!(self, config => &mut config.integral)
+    }
+
     /// Model of the rotors behind the torque command.
     #[must_use]
     pub fn rotors(&self) -> &RotorModel {
         of_each!(self, config => &config.rotors)
+    }
+
+    /// Model of the rotors behind the torque command, mutable.
+    pub fn rotors_mut(&mut self) -> &mut RotorModel {
+        of_each!(self, config => &mut config.rotors)
     }
 
     /// The fixed step `dt` (s).

@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use sim::scenario::Scenario;
 
 /// Progress bar of a flight.
@@ -35,6 +35,15 @@ impl FlightProgressBar {
         bar.set_message("flying");
         let lines = !quiet && !terminal;
         Self { bar, name: name.clone(), flight_time: *flight_time, started: Instant::now(), lines }
+    }
+
+    /// Shows the bar among those of other flights.
+    #[must_use]
+    pub fn among(mut self, others: &MultiProgress) -> Self {
+        if !self.bar.is_hidden() {
+            self.bar = others.add(self.bar);
+        }
+        self
     }
 
     /// Advances the bar by `ticks`.

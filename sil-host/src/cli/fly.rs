@@ -146,7 +146,12 @@ fn fly_the_image(
         return Err(FlyError::Key(key.clone(), reason.to_owned()));
     }
     let options = ImageOptions {
-        emulator: Emulator { program: QEMU.into(), image: image.to_owned(), shift: SHIFT },
+        emulator: Emulator {
+            program: QEMU.into(),
+            image: image.to_owned(),
+            shift: SHIFT,
+            counted: true,
+        },
         ports: arguments.ports(),
         memory: arguments.memory.clone(),
         signing_key: arguments.signing_key.as_deref().map(read_key).transpose()?,

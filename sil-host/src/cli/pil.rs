@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::{ArgAction, Args};
+use indicatif::MultiProgress;
+use rayon::prelude::*;
 use sil_host::pil::PilError;
 use sil_host::pil::emulator::{Emulator, IMAGE, QEMU, SHIFT};
 use sil_host::pil::fault::{Fault, FaultDirection};
@@ -10,12 +12,15 @@ use sil_host::pil::flight::{FaultOptions, OnBoard, PilOptions, fly_recorded};
 use sil_host::pil::recording::Recording;
 use sil_host::pil::replay::{Replayed, replay};
 use sil_host::report::{self, FlightReport};
+use sim::scenario::LoadedScenario;
 
 use super::RunArguments;
 use super::flight_progress::FlightProgressBar;
 
 /// Bits per second of the firmware's link.
 const BAUD: u32 = 2_000_000;
+/// Ticks ahead: their packets fit the emulated vehicle's buffers.
+const AHEAD: u8 = 32;
 
 /// Arguments of `pil`.
 #[derive(Clone, Debug, Args)]
@@ -43,9 +48,19 @@ pub struct PilArguments {
     /// and any attitude may be started from.
     #[arg(long, conflicts_with = "replay")]
     pub lock_step: bool,
+    /// Let virtual time pass by counted instructions. Without, it is the machine's: in lock step alone, a third faster,
+    /// and the cost of a control tick is not known.
+    #[arg(long, default_value_t = true, action = ArgAction::Set, value_name = "BOOL",
+          requires_if("false", "lock_step"))]
+    pub count: bool,
     /// Compare every tick with the law on the host, bit for bit.
     #[arg(long, default_value_t = true, action = ArgAction::Set, value_name = "BOOL")]
     pub compare: bool,
+    /// Ticks that the host flies ahead at once by the law's own output, in the emulator: the vehicle's answers are
+    /// compared afterwards, and a flight with a difference is flown again tick by tick. 1 flies tick by tick, as
+    /// `--compare false`, `--record`, `--fault` and `--port` do.
+    #[arg(long, default_value_t = AHEAD, value_name = "TICKS", value_parser = clap::value_parser!(u8).range(1..=32))]
+    pub ahead: u8,
     /// Keep the bytes of both directions; with several scenarios, those of the last.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
@@ -67,8 +82,8 @@ pub struct PilArguments {
 
 impl PilArguments {
     fn emulator(&self) -> Emulator {
-        let Self { qemu, image, shift, .. } = self;
-        Emulator { program: qemu.clone(), image: image.clone(), shift: *shift }
+        let Self { qemu, image, shift, count, .. } = self;
+        Emulator { program: qemu.clone(), image: image.clone(), shift: *shift, counted: *count }
     }
 
     fn options(&self) -> PilOptions {
@@ -78,6 +93,7 @@ impl PilArguments {
             port: self.port.clone().map(|port| (port, self.baud)),
             lock_step: self.lock_step,
             record: self.record.clone(),
+            ahead: if self.compare { self.ahead.into() } else { 1 },
             faults: FaultOptions {
                 kinds: self.fault.clone(),
                 direction: self.fault_direction,
@@ -97,12 +113,23 @@ pub fn pil(arguments: &PilArguments) -> Result<bool, PilError> {
         return replay_file(file, arguments);
     }
     let scenarios = arguments.run.scenarios()?;
-    let options = arguments.options();
-    let (mut reports, mut same) = (Vec::new(), true);
-    for loaded in &scenarios {
-        let progress = FlightProgressBar::new(loaded.scenario(), arguments.run.quiet);
-        let (report, on_board) = fly_recorded(loaded, &options, &|ticks| progress.advance(ticks))?;
+    let (options, bars) = (arguments.options(), MultiProgress::new());
+    let fly = |loaded: &LoadedScenario| {
+        let progress = FlightProgressBar::new(loaded.scenario(), arguments.run.quiet).among(&bars);
+        let flown = fly_recorded(loaded, &options, &|ticks| progress.advance(ticks))?;
         progress.finish();
+        Ok::<_, PilError>(flown)
+    };
+    // There is one serial port, and one file for the recording.
+    let one_by_one = options.port.is_some() || options.record.is_some();
+    let flown: Vec<_> = if one_by_one {
+        scenarios.iter().map(fly).collect()
+    } else {
+        scenarios.par_iter().map(fly).collect()
+    };
+    let (mut reports, mut same) = (Vec::new(), true);
+    for flown in flown {
+        let (report, on_board) = flown?;
         if !arguments.run.json {
             print!("{}", report::table(&report, arguments.run.quiet));
         }
@@ -142,7 +169,7 @@ fn print_on_board(on_board: &OnBoard, arguments: &PilArguments) {
         }
         None => {}
     }
-    if !arguments.run.quiet {
+    if !arguments.run.quiet && (arguments.count || arguments.port.is_some()) {
         eprintln!("  control tick [{cost_unit}]: {cost}");
     }
 }

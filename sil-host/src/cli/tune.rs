@@ -53,6 +53,17 @@ pub struct TuneArguments {
     /// Least speed of return from far away on any axis (m/s); any by default.
     #[arg(long, value_name = "M/S")]
     pub return_speed: Option<f64>,
+    /// Model of the rotors inside the law, whose lead leaves so many times less of their lag; 1 for the model alone. Needs
+    /// a rotor lag; none by default, or the scenario's.
+    #[arg(long, value_name = "RATIO")]
+    pub rotor_lead: Option<f64>,
+    /// Push along each horizontal axis that lasts, on top of the disturbance acceleration (m/s^2): proposes integral action;
+    /// 0 by default, or the vehicle file's or scenario's.
+    #[arg(long, value_name = "M/S^2")]
+    pub steady_acceleration: Option<f64>,
+    /// Torque about each axis that lasts, on top of the disturbance torque (N m): the same.
+    #[arg(long, value_name = "N M")]
+    pub steady_torque: Option<f64>,
     /// Write a complete scenario with the gains, ready for `run`.
     #[arg(long, value_name = "FILE")]
     pub write: Option<PathBuf>,
@@ -84,6 +95,9 @@ impl TuneArguments {
             noise_torque_max: self.noise_torque_max,
             rate_noise: self.rate_noise,
             return_speed: self.return_speed,
+            rotor_lead: self.rotor_lead,
+            steady_acceleration: self.steady_acceleration,
+            steady_torque: self.steady_torque,
         }
     }
 }

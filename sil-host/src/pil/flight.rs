@@ -49,6 +49,17 @@ pub struct PilOptions {
     pub record: Option<PathBuf>,
     /// Damage of the frames.
     pub faults: FaultOptions,
+    /// Ticks that the host may fly ahead of the emulator at once, by the law's own output; 1: none. A flight that is
+    /// recorded or damaged, or on a board, is flown tick by tick all the same.
+    pub ahead: usize,
+}
+
+impl PilOptions {
+    /// Ticks that the host flies ahead at once.
+    fn batch(&self) -> usize {
+        let by_tick = self.port.is_some() || self.record.is_some() || !self.faults.kinds.is_empty();
+        if by_tick { 1 } else { self.ahead }
+    }
 }
 
 /// Damage of the frames between host and vehicle; the seed is the scenario's.
@@ -72,6 +83,21 @@ pub fn fly_recorded(
     options: &PilOptions,
     progress: &dyn Fn(u64),
 ) -> Result<(FlightReport, OnBoard), PilError> {
+    let batch = options.batch();
+    let flown = fly_batches(loaded, options, batch, progress)?;
+    if batch > 1 && flown.1.difference.is_some() {
+        // Ahead, the plant went on by the law's output: what was seen since then is not the vehicle's flight.
+        return fly_batches(loaded, options, 1, &|_| ());
+    }
+    Ok(flown)
+}
+
+fn fly_batches(
+    loaded: &LoadedScenario,
+    options: &PilOptions,
+    batch: usize,
+    progress: &dyn Fn(u64),
+) -> Result<(FlightReport, OnBoard), PilError> {
     let emulator = &options.emulator;
     let blank = || Recording::new(&loaded.scenario().name, loaded.text());
     let recording = options.record.is_some().then(blank);
@@ -85,7 +111,7 @@ pub fn fly_recorded(
     set_up(&mut session, loaded.scenario())?;
     inject(&mut session, loaded.scenario().seed, &options.faults);
     let flown = run::recorded(loaded, &options.flight, |recorder| {
-        fly(loaded, &mut session, recorder, progress)
+        fly_ahead(loaded, &mut session, batch, recorder, progress)
     });
     if let (Some(file), Some(recording)) = (&options.record, session.take_recording()) {
         // A flight that failed is worth replaying, too.
@@ -113,7 +139,7 @@ fn inject(session: &mut VehicleSession, seed: u64, faults: &FaultOptions) {
     }
 }
 
-/// Flies a scenario on a vehicle that is [set up](set_up) for it, to its end.
+/// Flies a scenario on a vehicle that is [set up](set_up) for it, to its end, tick by tick.
 ///
 /// # Errors
 /// When the vehicle leaves flight or goes silent.
@@ -123,16 +149,34 @@ pub fn fly<O: Observer>(
     observer: &mut O,
     progress: &dyn Fn(u64),
 ) -> Result<OnBoard, PilError> {
+    fly_ahead(loaded, session, 1, observer, progress)
+}
+
+/// As [`fly`], with `batch` ticks sent at once; more than one for a vehicle in the emulator only. After a
+/// [difference](OnBoard::difference) what is observed is the law's flight, not the vehicle's.
+///
+/// # Errors
+/// As [`fly`].
+pub fn fly_ahead<O: Observer>(
+    loaded: &LoadedScenario,
+    session: &mut VehicleSession,
+    batch: usize,
+    observer: &mut O,
+    progress: &dyn Fn(u64),
+) -> Result<OnBoard, PilError> {
     let scenario = loaded.scenario();
     let refusal = |error| loaded.refusal(&error);
     let law = scenario.controller.build().map_err(refusal)?;
     let cost_unit = session.cost_unit();
     let (sender, samples) = std::sync::mpsc::channel();
-    let in_flight = InFlight::new(session);
-    let in_flight = RefCell::new(match &scenario.sensors {
-        Some(_) => in_flight.by_sensors(samples),
-        None => in_flight,
-    });
+    let mut in_flight = InFlight::new(session);
+    if scenario.sensors.is_some() {
+        in_flight = in_flight.by_sensors(samples);
+    }
+    if batch > 1 {
+        in_flight = in_flight.ahead(batch);
+    }
+    let in_flight = RefCell::new(in_flight);
     let vehicle = OnVehicle { law, flight: &in_flight };
     let mut flight =
         flight_with(vehicle, scenario).map_err(refusal)?.with_evaluator(scenario.evaluator());
@@ -148,6 +192,7 @@ pub fn fly<O: Observer>(
             progress(chunk);
         }
     }
+    in_flight.borrow_mut().finish()?;
     let InFlight { ticks, difference, cost, .. } = *in_flight.borrow();
     Ok(OnBoard { ticks, difference, cost, cost_unit })
 }

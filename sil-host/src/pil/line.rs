@@ -73,6 +73,17 @@ impl Line {
         }
     }
 
+    /// Sends the bytes of several ticks at once; a wire brings them one after the other.
+    ///
+    /// # Errors
+    /// When the line fails.
+    pub fn send_all(&mut self, packets: &[Vec<u8>]) -> Result<(), PilError> {
+        match self {
+            Self::Fifos(fifos) => fifos.send_all(packets),
+            Self::Serial(_) => packets.iter().try_for_each(|packet| self.send(packet)),
+        }
+    }
+
     /// Bytes of a vehicle by its timer: a packet of FIFOs, or those of 20 ms over a wire.
     ///
     /// # Errors

@@ -11,8 +11,8 @@ use std::{env, process};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::PilError;
 use super::emulator::Emulator;
+use super::{PilError, placement};
 
 /// Longest that an answer may take.
 pub const PATIENCE: Duration = Duration::from_secs(60);
@@ -20,6 +20,8 @@ pub const PATIENCE: Duration = Duration::from_secs(60);
 const SLICE: Duration = Duration::from_millis(100);
 /// Most bytes of a packet.
 pub const PACKET_MAX: usize = 1024;
+/// Most bytes that are read at once.
+const READ: usize = 16 * 1024;
 
 /// A running image that waits for its host. It ends with this value.
 #[derive(Debug)]
@@ -27,8 +29,11 @@ pub struct Lockstep {
     emulator: Child,
     to_vehicle: File,
     from_vehicle: File,
-    /// Read, and not yet a whole packet.
-    begun: Vec<u8>,
+    /// Bytes that have been read; those before `taken` have been received.
+    read: Vec<u8>,
+    taken: usize,
+    /// Nothing else goes in and out of the emulator, and its main loop has not been put last yet.
+    by_fifos_alone: bool,
     directory: PathBuf,
 }
 
@@ -61,7 +66,19 @@ impl Lockstep {
         let link = format!("link={}", path.display());
         let all: Vec<_> = [link].into_iter().chain(directives.iter().cloned()).collect();
         let emulator = emulator.start_with(&all, "null", mavlink)?;
-        Ok(Self { emulator, to_vehicle, from_vehicle, begun: Vec::new(), directory })
+        let by_fifos_alone = mavlink == "null"; // otherwise the main loop has a character device to serve
+        if by_fifos_alone {
+            placement::keep_on_one_processor(&emulator);
+        }
+        Ok(Self {
+            emulator,
+            to_vehicle,
+            from_vehicle,
+            read: Vec::new(),
+            taken: 0,
+            by_fifos_alone,
+            directory,
+        })
     }
 
     /// Lets the vehicle go on with `bytes` received, at most [`PACKET_MAX`].
@@ -69,29 +86,49 @@ impl Lockstep {
     /// # Errors
     /// When the FIFO fails.
     pub fn send(&mut self, bytes: &[u8]) -> Result<(), PilError> {
-        let bytes = &bytes[..bytes.len().min(PACKET_MAX)];
-        let packet = [&(bytes.len() as u16).to_le_bytes(), bytes].concat();
-        self.to_vehicle.write_all(&packet).map_err(|error| self.failed(&error))
+        self.send_all(&[bytes])
     }
 
-    /// Bytes that the vehicle has sent until it waits.
+    /// Lets the vehicle go on for as many exchanges as there are packets.
+    ///
+    /// # Errors
+    /// When the FIFO fails.
+    pub fn send_all<P: AsRef<[u8]>>(&mut self, packets: &[P]) -> Result<(), PilError> {
+        let mut all = Vec::new();
+        for packet in packets {
+            let bytes = packet.as_ref();
+            let bytes = &bytes[..bytes.len().min(PACKET_MAX)];
+            all.extend((bytes.len() as u16).to_le_bytes());
+            all.extend(bytes);
+        }
+        self.to_vehicle.write_all(&all).map_err(|error| self.failed(&error))
+    }
+
+    /// Bytes that the vehicle has sent until an exchange, the oldest that has not been received.
     ///
     /// # Errors
     /// When nothing comes for `patience`, or the emulator has ended.
     pub fn receive(&mut self, patience: Duration) -> Result<Vec<u8>, PilError> {
-        let (begin, mut buffer) = (Instant::now(), [0; 2 + PACKET_MAX]);
+        let begin = Instant::now();
         loop {
-            if let Some((length, rest)) = self.begun.split_first_chunk()
+            if let Some((length, rest)) = self.read[self.taken..].split_first_chunk()
                 && let length = usize::from(u16::from_le_bytes(*length))
-                && rest.len() >= length
+                && let Some(packet) = rest.get(..length)
             {
-                let packet = rest[..length].to_vec();
-                self.begun.drain(..2 + length);
-                return Ok(packet);
+                self.taken += 2 + length;
+                return Ok(packet.to_vec());
             }
             self.wait(begin + patience)?;
-            let read = self.from_vehicle.read(&mut buffer).map_err(|error| self.failed(&error))?;
-            self.begun.extend_from_slice(&buffer[..read]);
+            self.read.drain(..self.taken);
+            let end = self.read.len();
+            self.taken = 0;
+            self.read.resize(end + READ, 0);
+            let read = self.from_vehicle.read(&mut self.read[end..]);
+            if std::mem::take(&mut self.by_fifos_alone) {
+                placement::main_loop_last(&self.emulator);
+            }
+            self.read.truncate(end + *read.as_ref().unwrap_or(&0));
+            read.map_err(|error| self.failed(&error))?;
         }
     }
 

@@ -17,6 +17,7 @@ use sim::sensor::SensorSamples;
 use super::PilError;
 use super::comparison::{Difference, Step, first_difference};
 use super::cost::StepCost;
+use super::flying_ahead::Ahead;
 use super::session::{VehicleSession, one_telemetry};
 
 /// A vehicle that is not received for so many ticks in a row is lost.
@@ -25,7 +26,9 @@ const UNRECEIVED_MAX: u64 = 100;
 /// The vehicle's side of a flight, as the host sees it.
 #[derive(Debug)]
 pub struct InFlight<'a> {
-    session: &'a mut VehicleSession,
+    pub(super) session: &'a mut VehicleSession,
+    /// Ticks that the vehicle has not answered, if the host flies ahead of it.
+    pub(super) ahead: Option<Ahead>,
     /// Samples of the sensors of each tick, for a vehicle that flies by them.
     samples: Option<Receiver<SensorSamples>>,
     /// Ticks in a row of which no telemetry has arrived.
@@ -44,8 +47,8 @@ impl<'a> InFlight<'a> {
     /// About to start; the vehicle is armed, with the scenario's controller and trajectory.
     pub fn new(session: &'a mut VehicleSession) -> Self {
         let cost = StepCost::default();
-        let samples = None;
-        Self { session, samples, unreceived: 0, ticks: 0, failure: None, difference: None, cost }
+        let (ahead, samples, failure, difference) = (None, None, None, None);
+        Self { session, ahead, samples, unreceived: 0, ticks: 0, failure, difference, cost }
     }
 
     /// The vehicle flies by sensors, whose samples of each tick come from `samples`.
@@ -54,9 +57,16 @@ impl<'a> InFlight<'a> {
         Self { samples: Some(samples), ..self }
     }
 
-    /// The messages of this tick: the state, or what the sensors gave.
-    fn messages(&self, vehicle: &VehicleState) -> Vec<Uplink> {
-        let tick = self.ticks;
+    /// The messages of a tick: the state, or what the sensors gave; the first one starts the flight.
+    pub(super) fn messages(&self, tick: u64, vehicle: &VehicleState) -> Vec<Uplink> {
+        let mut messages = self.sampled(tick, vehicle);
+        if tick == 0 {
+            messages.push(Uplink::Command(Command::Start));
+        }
+        messages
+    }
+
+    fn sampled(&self, tick: u64, vehicle: &VehicleState) -> Vec<Uplink> {
         let Some(samples) = &self.samples else {
             return vec![Uplink::State { tick, state: *vehicle }];
         };
@@ -69,18 +79,22 @@ impl<'a> InFlight<'a> {
         start.into_iter().chain(measured).chain(inertial).collect()
     }
 
-    /// One control tick with the sample `vehicle`; the first one starts the flight. Nothing if its
-    /// telemetry was lost on a line that damages frames.
+    /// One control tick with the sample `vehicle`. Nothing if its telemetry was lost on a line that damages frames.
     fn step(&mut self, vehicle: &VehicleState) -> Result<Option<Telemetry>, PilError> {
-        let mut messages = self.messages(vehicle);
-        if self.ticks == 0 {
-            messages.push(Uplink::Command(Command::Start));
-        }
-        let received = self.session.send(&messages)?;
+        let received = self.session.send(&self.messages(self.ticks, vehicle))?;
+        self.take(&received, vehicle)
+    }
+
+    /// Takes in the messages of the vehicle's tick with the sample `vehicle`.
+    pub(super) fn take(
+        &mut self,
+        received: &[Downlink],
+        vehicle: &VehicleState,
+    ) -> Result<Option<Telemetry>, PilError> {
         let telemetry = if self.session.is_lossy() {
-            self.of_this_tick(&received)?
+            self.of_this_tick(received)?
         } else {
-            Some(one_telemetry(&received)?)
+            Some(one_telemetry(received)?)
         };
         if let Some(Telemetry { tick, mode, cause, step_cost, .. }) = telemetry {
             if mode != Mode::Flying || tick != self.ticks + 1 {
@@ -169,6 +183,10 @@ impl<C: AdaptiveController> AdaptiveController for OnVehicle<'_, '_, C> {
         let expected = self.step_of(output, &state.law);
         let flight = &mut *self.flight.borrow_mut();
         if flight.failure.is_some() {
+            return output;
+        }
+        if flight.ahead.is_some() {
+            flight.failure = flight.step_ahead(vehicle, expected).err();
             return output;
         }
         let tick = flight.ticks;

@@ -1,8 +1,7 @@
 //! Assembly of a controller's configuration from gains and request.
 
-use ctrl_core::config::{CascadeGains, IntegralAction, RobustAdaptiveConfig, SaturatedConfig};
+use ctrl_core::config::{CascadeGains, RobustAdaptiveConfig, SaturatedConfig};
 use ctrl_core::controller::ControllerConfig;
-use ctrl_core::rotors::RotorModel;
 
 use glam::DVec3;
 
@@ -23,6 +22,8 @@ pub(super) fn assembled(
     attitude: DVec3,
 ) -> ControllerConfig {
     let &Request { known, initial, reference_acceleration_max, step_period, limits, .. } = request;
+    let rotors = request.rotor_model();
+    let integral = request.steady.bounded(known.disturbance_acceleration.into());
     let in_motion = ADAPTATION * k4 / (attitude * attitude * attitude);
     let rounded_each = |it: DVec3| it.map(rounded).as_vec3();
     match limits {
@@ -34,8 +35,8 @@ pub(super) fn assembled(
             cascade,
             k4: k4.as_vec3(),
             gamma2: rounded_each(in_motion),
-            integral: IntegralAction::OFF,
-            rotors: RotorModel::OFF,
+            integral,
+            rotors,
         }),
         Some(Limits { thrust_max, torque_max }) => ControllerConfig::Saturated(SaturatedConfig {
             step_period,
@@ -51,8 +52,8 @@ pub(super) fn assembled(
                 ADAPTATION * attitude * k4 / (torque_max.as_dvec3() * torque_max.as_dvec3()),
             ),
             gamma3: rounded(in_motion.min_element()) as f32,
-            integral: IntegralAction::OFF,
-            rotors: RotorModel::OFF,
+            integral,
+            rotors,
         }),
     }
 }

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::noise_flight::{self, NoiseCheck};
 use super::proposal::Proposal;
+use super::push_flight::{self, PushCheck};
 use crate::campaign::{
     Campaign, CampaignError, CampaignOverrides, CampaignProgress, Definition, RunOutcome, Sampling,
     VariantDefinition, Vary, fly_run,
@@ -31,6 +32,8 @@ pub struct Check {
     pub reasons: Vec<String>,
     /// Torque activity under the rate noise, if there is any.
     pub noise: Option<NoiseCheck>,
+    /// Time until a lasting push is held, with integral action.
+    pub push: Option<PushCheck>,
 }
 
 /// A bound and the worst of all flights.
@@ -47,11 +50,13 @@ pub struct Comparison {
 }
 
 impl Check {
-    /// `true` if every flight kept every guarantee, and the torque activity is the predicted one.
+    /// `true` if every flight kept every guarantee, the torque activity is the predicted one, and a lasting push is held
+    /// in the predicted time.
     #[must_use]
     pub fn passed(&self) -> bool {
         let quiet = self.noise.is_none_or(|noise| noise.passed());
-        self.flights > 0 && self.held == self.flights && quiet
+        let held = self.push.is_none_or(|push| push.passed());
+        self.flights > 0 && self.held == self.flights && quiet && held
     }
 }
 
@@ -100,6 +105,7 @@ pub fn check_watched(
         comparisons: comparisons.collect(),
         reasons: reasons.collect(),
         noise: noise_flight::fly(proposal).map_err(CampaignError::Definition)?,
+        push: push_flight::fly(proposal).map_err(CampaignError::Definition)?,
     })
 }
 
@@ -210,7 +216,7 @@ fn list(x: DVec3) -> String {
 }
 
 /// Noise at the full bounds; lasting disturbances at the bounds of what may last, at the speed that the
-/// position loop likes least.
+/// position loop likes least; on top of each what integral action is for.
 fn variants(proposal: &Proposal) -> Vec<VariantDefinition> {
     let request = &proposal.request;
     let d1 = f64::from(request.known.disturbance_acceleration);
@@ -225,31 +231,39 @@ fn variants(proposal: &Proposal) -> Vec<VariantDefinition> {
     let lasting = |name: &str, more: Vec<String>| {
         variant(name, calm.iter().map(|&change| change.to_owned()).chain(more).collect())
     };
-    let constant = |sign: f64| {
+    let steady = request.steady;
+    let constant = |sign: f64, d1: f64, d2: DVec3| {
+        let push = d1 * DVec3::new(1.0, sign, sign);
+        let push = push + steady.acceleration * DVec3::new(1.0, sign, 0.0);
+        let torque = (d2 + DVec3::splat(steady.torque)) * DVec3::new(1.0, sign, 1.0);
         vec![
-            format!("disturbance.constant.acceleration={}", list(d1 * DVec3::new(1.0, sign, sign))),
-            format!("disturbance.constant.torque={}", list(d2 * DVec3::new(1.0, sign, 1.0))),
+            format!("disturbance.constant.acceleration={}", list(push)),
+            format!("disturbance.constant.torque={}", list(torque)),
         ]
     };
+    let on_top = |more: Vec<String>| {
+        let steady = if steady.is_none() { vec![] } else { constant(1.0, 0.0, DVec3::ZERO) };
+        steady.into_iter().chain(more).collect::<Vec<_>>()
+    };
     vec![
-        variant("noise", vec![]),
-        lasting("constant", constant(1.0)),
-        lasting("constant-opposed", constant(-1.0)),
+        variant("noise", on_top(vec![])),
+        lasting("constant", constant(1.0, d1, d2)),
+        lasting("constant-opposed", constant(-1.0, d1, d2)),
         lasting(
             "sinusoid",
-            vec![
+            on_top(vec![
                 format!("disturbance.sinusoid.frequency={:?}", bandwidth / core::f64::consts::TAU),
                 format!("disturbance.sinusoid.acceleration=[{d1:?}, {d1:?}, {d1:?}]"),
                 format!("disturbance.sinusoid.torque={}", list(d2)),
-            ],
+            ]),
         ),
         lasting(
             "gust",
-            vec![
+            on_top(vec![
                 format!("disturbance.gust.hold={:?}", core::f64::consts::PI / bandwidth),
                 format!("disturbance.gust.acceleration={d1:?}"),
                 format!("disturbance.gust.torque={}", list(d2)),
-            ],
+            ]),
         ),
     ]
 }

@@ -12,6 +12,7 @@ use super::assembly::assembled;
 use super::digits::{rounded, rounded_down};
 use super::hover::Hover;
 use super::infeasible::{Infeasible, Remedy};
+use super::lasting;
 use super::margin::{Rotors, margins};
 use super::noise::activity;
 use super::request::Request;
@@ -119,7 +120,7 @@ pub fn design(request: &Request) -> Result<ControllerConfig, Infeasible> {
         right: fastest,
         unit: "m/s",
         remedies: vec!["a larger wanted.damping".to_owned()],
-        remedy: Some((Remedy::PositionBandwidth, request.wanted.position_bandwidth)),
+        deciding: vec![(Remedy::PositionBandwidth, request.wanted.position_bandwidth)],
     })
 }
 
@@ -133,6 +134,7 @@ fn with_position_share(request: &Request, share: f64) -> Result<ControllerConfig
     // The error of the least slope is that of the gains that ask least of the step period.
     let mut law = outcomes.fold(steepest, |kept, next| if kept.is_ok() { kept } else { next })?;
     adapt_mass(&mut law, request.wanted.damping);
+    lasting::adapt(request, &mut law)?;
     with_margin(&law, request.wanted.margin).map_err(|error| refused(request, &error))?;
     Ok(law)
 }
@@ -255,7 +257,7 @@ fn quiet(request: &Request, law: ControllerConfig) -> Result<ControllerConfig, I
             "a rate_filter".to_owned(),
             "a smaller wanted.position_bandwidth".to_owned(),
         ],
-        remedy: Some((Remedy::AttitudeBandwidth, wanted.attitude_bandwidth)),
+        deciding: vec![(Remedy::AttitudeBandwidth, wanted.attitude_bandwidth)],
     })
 }
 
@@ -270,6 +272,14 @@ fn behind_rotors(request: &Request, law: ControllerConfig) -> Result<ControllerC
     let least = all.into_iter().min_by(|a, b| a.phase.total_cmp(&b.phase));
     let Some(least) = least.filter(|it| it.phase.to_degrees() < asked) else { return Ok(law) };
     let filters = if request.rate_filter.is_empty() { "" } else { " and filters of the rate" };
+    let slower = match least.which {
+        Which::Heading | Which::HeadingIntegral => {
+            (Remedy::HeadingBandwidth, request.wanted.heading_bandwidth)
+        }
+        _ => (Remedy::AttitudeBandwidth, request.wanted.attitude_bandwidth),
+    };
+    let lead = request.wanted.rotor_lead.unwrap_or(1.0);
+    let led = (lag > 0.0).then_some((Remedy::RotorLead, lead));
     Err(Infeasible {
         inequality: format!(
             "phase margin asked of the loop of {} against what rotors with a lag of {} s and a delay of {} s{filters} \
@@ -283,10 +293,7 @@ fn behind_rotors(request: &Request, law: ControllerConfig) -> Result<ControllerC
         right: least.phase.to_degrees(),
         unit: "deg",
         remedies: vec!["faster rotors".to_owned(), "a smaller disturbance_torque".to_owned()],
-        remedy: Some(match least.which {
-            Which::Heading => (Remedy::HeadingBandwidth, request.wanted.heading_bandwidth),
-            _ => (Remedy::AttitudeBandwidth, request.wanted.attitude_bandwidth),
-        }),
+        deciding: [slower].into_iter().chain(led).collect(),
     })
 }
 
@@ -314,12 +321,12 @@ fn poles_out_of_reach(request: &Request, (survey, bandwidth): &(LoopSurvey, bool
         right: met.value,
         unit,
         remedies: vec!["a narrower interval of the inertia".to_owned()],
-        remedy: Some(match (bandwidth, survey.which) {
+        deciding: vec![match (bandwidth, survey.which) {
             (false, _) => (Remedy::Damping, met.value),
             (true, Which::Attitude) => (Remedy::AttitudeBandwidth, met.value),
             (true, Which::Heading) => (Remedy::HeadingBandwidth, met.value),
             (true, _) => (Remedy::PositionBandwidth, met.value),
-        }),
+        }],
     }
 }
 
@@ -333,9 +340,10 @@ fn refused(request: &Request, error: &ConfigError) -> Infeasible {
     let left = f64::from(value);
     let margin = number(request.wanted.margin);
     let mut remedies = vec!["a smaller wanted.attitude_bandwidth".to_owned()];
-    let mut remedy = None;
+    let mut deciding = vec![];
     if parameter.starts_with("step_period") {
-        remedy = Some((Remedy::StepPeriod, f64::from(request.step_period) * right / left));
+        let needed = f64::from(request.step_period) * right / left;
+        deciding.push((Remedy::StepPeriod, needed));
         remedies.push("a narrower interval of the inertia".to_owned());
     }
     Infeasible {
@@ -344,7 +352,7 @@ fn refused(request: &Request, error: &ConfigError) -> Infeasible {
         right,
         unit: "with the margin taken off",
         remedies,
-        remedy,
+        deciding,
     }
 }
 

@@ -30,11 +30,11 @@ impl Proposal {
                 "# Gains proposed by `sil-host tune`. SI units unless the key says otherwise.\n\n",
             );
         }
-        let offset = 0.5 * request.wanted.position_range;
         let reference = document["trajectory"]["hover"]["position_world"].as_array();
         let reference =
             reference.map(|it| it.iter().filter_map(Value::as_float).collect::<Vec<_>>());
-        let start = reference.unwrap_or_default().into_iter().zip([offset, -offset, -offset]);
+        let offsets = self.start_offset().to_array();
+        let start = reference.unwrap_or_default().into_iter().zip(offsets);
         let start: Array = start.map(|(reference, offset)| reference + offset).collect();
         let known = &request.known;
         let [position, attitude, tilt, heading] = self.bounds();
@@ -81,6 +81,41 @@ impl Proposal {
         }
         document.to_string()
     }
+}
+
+/// The model of the rotors as a scenario has it.
+fn rotors(law: &ControllerConfig) -> Table {
+    let RotorModel { lag, residual_lag } = *law.rotors();
+    let rows = [
+        ("lag", lag, "of the torque behind its command [s]"),
+        ("residual_lag", residual_lag, "what the lead leaves of it [s]"),
+    ];
+    commented("Model of the rotors inside the law.", &rows.map(|it| (it.0, it.1, it.2.to_owned())))
+}
+
+/// The integral action as a scenario has it.
+fn integral(law: &ControllerConfig) -> Table {
+    let IntegralAction { acceleration_max, gamma_d, torque_max, gamma_t } = *law.integral();
+    let unit = if matches!(law, ControllerConfig::Saturated(_)) { "1/s^2" } else { "N m" };
+    let rows = [
+        ("acceleration_max", acceleration_max, "D_c, each horizontal component [m/s^2]"),
+        ("gamma_d", gamma_d, "gain of d_hat [m/s^2]"),
+        ("torque_max", torque_max, "D_t, each component [N m]"),
+        ("gamma_t", gamma_t, &format!("gain of the torque's estimate [{unit}]")),
+    ];
+    let rows = rows.map(|it| (it.0, it.1, it.2.to_owned()));
+    commented("Integral action: what lasts, on top of D1 and D2.", &rows)
+}
+
+/// A table with a comment above and one behind each value.
+fn commented(title: &str, rows: &[(&str, f32, String)]) -> Table {
+    let mut table = Table::new();
+    table.decor_mut().set_prefix(format!("\n# {title}\n"));
+    for (key, value, comment) in rows {
+        let value = Value::from(decimal(*value)).decorated(" ", format!("    # {comment}"));
+        table.insert(key, Item::Value(value));
+    }
+    table
 }
 
 /// The filters of the rate as a scenario has them.
@@ -130,12 +165,18 @@ fn template(law: &ControllerConfig) -> DocumentMut {
     }
     let mut values = toml_edit::ser::to_document(law).expect("a configuration is plain TOML");
     if let Some(own) = values[law.key()].as_table_like_mut() {
-        if *law.integral() == IntegralAction::OFF {
-            own.remove("integral");
-        }
-        if *law.rotors() == RotorModel::OFF {
-            own.remove("rotors");
-        }
+        own.remove("integral");
+        own.remove("rotors");
+    }
+    let place = document["controller"][law.key()]["uncertainty"].as_table().cloned();
+    let place = place.and_then(|it| it.position());
+    let on = [
+        ("integral", *law.integral() != IntegralAction::OFF, integral(law)),
+        ("rotors", *law.rotors() != RotorModel::OFF, rotors(law)),
+    ];
+    for (key, _, mut table) in on.into_iter().filter(|(_, on, _)| *on) {
+        table.set_position(place);
+        document["controller"][law.key()][key] = Item::Table(table);
     }
     let known = &mut document["controller"][law.key()]["uncertainty"];
     if let Some(known) = known.as_table_mut() {

@@ -28,8 +28,8 @@ pub struct Infeasible {
     pub unit: &'static str,
     /// Changes with which it would hold.
     pub remedies: Vec<String>,
-    /// Deciding value of the request, and the value that these gains need.
-    pub remedy: Option<(Remedy, f64)>,
+    /// Deciding values of the request, each with what these gains need.
+    pub deciding: Vec<(Remedy, f64)>,
 }
 
 /// A value of the request whose change makes it feasible.
@@ -49,6 +49,8 @@ pub enum Remedy {
     PositionBandwidth,
     /// `wanted.damping`, smaller.
     Damping,
+    /// `wanted.rotor_lead`, larger: the model of the rotors inside the law.
+    RotorLead,
 }
 
 impl Remedy {
@@ -65,6 +67,7 @@ impl Remedy {
             Self::HeadingBandwidth => ("wanted.heading_bandwidth", false, " rad/s"),
             Self::PositionBandwidth => ("wanted.position_bandwidth", false, " rad/s"),
             Self::Damping => ("wanted.damping", false, ""),
+            Self::RotorLead => ("wanted.rotor_lead", true, ""),
         }
     }
 
@@ -81,6 +84,7 @@ impl Remedy {
             (Self::HeadingBandwidth, _) => options.heading_bandwidth = Some(value),
             (Self::PositionBandwidth, _) => options.position_bandwidth = Some(value),
             (Self::Damping, _) => options.damping = Some(value),
+            (Self::RotorLead, _) => options.rotor_lead = Some(value),
             (_, None) => {}
         }
         request.completed()

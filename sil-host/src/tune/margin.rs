@@ -2,7 +2,7 @@
 //! one step. `docs/tune.md` derives them.
 //!
 //! ```text
-//! L(s) = -row . [coefficient_i/s^power_i]        the law's row over the chain of integrators
+//! L(s) = -row . [coefficient_i/s^power_i]        the law's row over the chain of integrators and the estimates
 //! D(s) = exp(-s (dt/2 + delay))/(1 + s lag)
 //! ```
 //! Filters of the rate multiply what goes through the rate by `F(e^(s dt))`.
@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::filter;
 use super::hover::{Corner, Hover, Loop};
+use super::inner::InnerLoop;
 use super::survey::{Which, corners, nominal};
 use ctrl_core::controller::ControllerConfig;
 use ctrl_core::filter::RateFilterConfig;
@@ -78,7 +79,8 @@ pub fn margins_at(
     OpenLoop { of, hold: 0.5 * hover.dt, filter }.margins(which, rotors)
 }
 
-fn of_loop(
+/// Margins of one loop of `law` over its corners.
+pub(super) fn of_loop(
     which: Which,
     law: &ControllerConfig,
     rotors: &Rotors,
@@ -121,21 +123,33 @@ impl OpenLoop {
         others + rate * filter::response(&self.filter, omega, 2.0 * self.hold)
     }
 
-    /// `L(i omega)` without filters: what goes through the rate about the axis comes last.
+    /// `L(i omega)` without filters: what goes through the rate about the axis comes last, its part of the estimates
+    /// included.
     fn parts(&self, omega: f64) -> [Complex64; 2] {
         let s = Complex64::new(0.0, omega);
-        let row = self.of.command.to_array();
-        let mut parts = [Complex64::default(); 2];
-        for (i, (&(coefficient, power), gain)) in self.of.chain.iter().zip(row).enumerate() {
-            parts[usize::from(self.of.rate == Some(i))] -= gain * coefficient / s.powi(power);
-        }
-        parts
+        [false, true].map(|of_rate| {
+            let chain = core::array::from_fn(|i| {
+                let (coefficient, power) = self.of.chain[i];
+                let taken = power > 0 && of_rate == (self.of.rate == Some(i));
+                if taken { coefficient / s.powi(power) } else { Complex64::default() }
+            });
+            -self.of.command.through(&self.of.responses(chain, s.inv()))
+        })
     }
 
-    /// `L D (i omega)` behind `rotors`.
+    /// `L (i omega)` behind the hold and a delay (s).
+    fn delayed(&self, delay: f64, omega: f64) -> Complex64 {
+        self.response(omega) * Complex64::from_polar(1.0, -omega * (self.hold + delay))
+    }
+
+    /// `L D (i omega)` behind `rotors`; with a model of them inside the law `L D/(1 + P H)`, `D` with the lead.
     fn behind(&self, rotors: &Rotors, omega: f64) -> Complex64 {
-        let delayed = Complex64::from_polar(1.0, -omega * (self.hold + rotors.delay));
-        self.response(omega) * delayed / Complex64::new(1.0, omega * rotors.lag)
+        let delayed = self.delayed(rotors.delay, omega);
+        let lagging = delayed / Complex64::new(1.0, omega * rotors.lag);
+        let Some(inner) = &self.of.inner else { return lagging };
+        let s = Complex64::new(0.0, omega);
+        let lead = (1.0 + s * inner.lag) / (1.0 + s * inner.residual_lag);
+        lagging * lead / (1.0 + inner.missing(s) * inner.auxiliary(s))
     }
 
     fn margins(&self, which: Which, rotors: &Rotors) -> Margins {
@@ -167,6 +181,9 @@ impl OpenLoop {
         if !(self.survives_filter(grid) && self.survives_delay(grid, delay)) {
             return 0.0;
         }
+        if let Some(inner) = &self.of.inner {
+            return self.largest_lag_behind_model(grid, delay, inner);
+        }
         // On the border |L| = |1 + i omega lag|, which gives the lag, and the phase is -180 degrees.
         let lag = |omega: f64| {
             let square = self.response(omega).norm_sqr() - 1.0;
@@ -179,6 +196,29 @@ impl OpenLoop {
         let phase = |omega: f64| turned(omega).map_or(f64::NAN, |it| it.arg());
         let found = crossings(grid, phase).into_iter().filter(|&omega| phase(omega).abs() < 0.5);
         found.filter_map(lag).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The same with the model `inner` in the law. From no lag on the model grows with the rotors, in the share `T_f/T`; on the border
+    /// `1 + P H + L D = 0` gives a real `T_f`. From there on the rotors' lag grows beyond the model's.
+    fn largest_lag_behind_model(&self, grid: &[f64], delay: f64, inner: &InnerLoop) -> f64 {
+        let residual = |omega: f64| {
+            let s = Complex64::new(0.0, omega);
+            -(1.0 + self.delayed(delay, omega)) / (s * (1.0 + inner.auxiliary(s)))
+        };
+        let lag = |omega: f64| {
+            let s = Complex64::new(0.0, omega);
+            let modelled = 1.0 + s * inner.residual_lag * (1.0 + inner.auxiliary(s));
+            let led = self.delayed(delay, omega) * (1.0 + s * inner.lag);
+            -(modelled + led) / (s * modelled)
+        };
+        let borders = |of: &dyn Fn(f64) -> Complex64, beyond: f64| {
+            let found = real_values(grid, of);
+            found.into_iter().filter(|it| *it > beyond).fold(f64::INFINITY, f64::min)
+        };
+        if borders(&residual, 0.0) <= inner.residual_lag {
+            return 0.0;
+        }
+        borders(&lag, inner.lag)
     }
 
     /// `true` if the loop is stable with the filters, without hold and rotors: `1 + L` meets zero for no share
@@ -198,10 +238,10 @@ impl OpenLoop {
 
     /// `true` if the loop is stable with the hold and this delay, without lag.
     fn survives_delay(&self, grid: &[f64], delay: f64) -> bool {
-        let prompt = Rotors::default();
-        let crossovers = crossings(grid, |omega| self.behind(&prompt, omega).norm().ln());
+        let at = |omega: f64| self.delayed(0.0, omega);
+        let crossovers = crossings(grid, |omega| at(omega).norm().ln());
         crossovers.into_iter().all(|omega| {
-            let lead = (self.behind(&prompt, omega).arg() + PI).rem_euclid(TAU);
+            let lead = (at(omega).arg() + PI).rem_euclid(TAU);
             lead > omega * delay
         })
     }
@@ -214,6 +254,16 @@ impl OpenLoop {
         let count = (PER_DECADE * (to / from).log10()).ceil().max(1.0) as usize;
         (0..=count).map(|i| from * (to / from).powf(i as f64 / count as f64)).collect()
     }
+}
+
+/// Real values that `value` takes on the way.
+fn real_values(grid: &[f64], value: &dyn Fn(f64) -> Complex64) -> Vec<f64> {
+    // Against its own size: values grow without bound towards low frequencies.
+    let turned = |omega: f64| {
+        let it = value(omega);
+        it.im / it.norm()
+    };
+    crossings(grid, turned).into_iter().map(|omega| value(omega).re).collect()
 }
 
 /// Places where `value` changes its sign without a jump, by bisection.
@@ -239,24 +289,25 @@ fn crossings(grid: &[f64], value: impl Fn(f64) -> f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DMat4, DVec4};
-
     use crate::tune::hover::Outputs;
+    use crate::tune::linear::{Matrix, Vector};
 
     /// `L = k/s^2 + d/s`: a mass with a spring and a damper.
     fn oscillator(k: f64, d: f64, hold: f64) -> OpenLoop {
-        let row = DVec4::new(-k, -d, 0.0, 0.0);
-        let rows = [DVec4::Y, row, DVec4::ZERO, DVec4::ZERO];
-        let continuous = DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
+        let row = -k * Vector::unit(0) - d * Vector::unit(1);
+        let mut continuous = Matrix::default();
+        (continuous.0[0], continuous.0[1]) = (Vector::unit(1), row);
         let of = Loop {
             order: 2,
             continuous,
             sampled: continuous,
-            pushes: [DVec4::ZERO; 2],
+            pushes: [Vector::ZERO; 2],
             outputs: Outputs::default(),
             command: row,
-            driven: DVec4::Y,
+            driven: Vector::unit(1),
             chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
+            estimates: [Vector::ZERO; 2],
+            inner: None,
             dt: 2.0 * hold,
             rate: None,
         };

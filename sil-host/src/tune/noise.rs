@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! P_i(z) = coefficient_i Z[1/(s^power_i (1 + s lag))] e^(-i omega delay)    state i per held acceleration
-//! L(z)   = -sum row_i F_i P_i,   F_i: the filters for the rate, else one
+//! L(z)   = -sum row_i F_i P_i,   F_i: the filters for the rate, else one; estimates of integral action: dt/(z - 1) of their rates
 //! T(z)   = J row_w F/(1 + L)                                                torque per noise of the rate
 //! rms^2  = sigma^2/pi int_0^pi |T H|^2,   H = (1 - p)/(z - p),  p = e^(-dt/lag)
 //! ```
@@ -15,7 +15,7 @@ use core::f64::consts::PI;
 
 use ctrl_core::controller::ControllerConfig;
 use ctrl_core::filter::RateFilterConfig;
-use glam::{DVec3, DVec4};
+use glam::DVec3;
 use num_complex::Complex64;
 use serde::Serialize;
 
@@ -87,7 +87,7 @@ fn about(
 
 /// The loop that moves about `axis`.
 fn looped(axis: usize, hover: &Hover, corner: &Corner) -> Loop {
-    if axis < 2 { hover.lateral(corner) } else { hover.attitude(corner) }
+    if axis < 2 { hover.lateral(corner, true) } else { hover.attitude(corner, true) }
 }
 
 /// `E[h']` as a share of the slope at zero, and the rest's variance, of `h(x) = x/sqrt(x^2 + 1)` under a normal `x` of deviation `s`.
@@ -167,24 +167,30 @@ impl Spectrum {
         let z = Complex64::from_polar(1.0, theta);
         let omega = theta / of.dt;
         let filtered = response(filter, omega, of.dt);
-        let states = states(z, of, rotors);
         let rate = of.rate.unwrap_or(0);
-        let seen = |row: DVec4| {
-            let parts = row.to_array().into_iter().zip(states).enumerate();
-            let filter = |i| if i == rate { filtered } else { Complex64::new(1.0, 0.0) };
-            parts.map(|(i, (gain, state))| gain * filter(i) * state).sum::<Complex64>()
-        };
-        let sensitivity = (1.0 - seen(of.command)).inv();
-        let acceleration = of.command[rate] * filtered * sensitivity;
-        let acting = match rotors.lag {
+        let integrator = of.dt / (z - 1.0);
+        let s = Complex64::new(0.0, omega);
+        // While the model is right the lead leaves its residual lag of the rotors'.
+        let lag = of.inner.map_or(rotors.lag, |inner| inner.residual_lag);
+        let (within, of_auxiliary) = of.inner.map_or_else(Default::default, |inner| {
+            (inner.missing(s) * inner.auxiliary(s), inner.rate_error(s))
+        });
+        let mut measured = states(z, of, lag, rotors.delay);
+        measured[rate] *= filtered;
+        let mut noise = [Complex64::default(); 4];
+        noise[rate] = filtered;
+        let [states, noise] = [measured, noise].map(|chain| of.responses(chain, integrator));
+        let sensitivity = (1.0 + within - of.command.through(&states)).inv();
+        let acceleration = of.command.through(&noise) * sensitivity;
+        let acting = match lag {
             0.0 => Complex64::new(1.0, 0.0),
             lag => first_order(z, of.dt, lag),
         };
         Self {
             noise: corner.inertia * acceleration * acting,
             rest: sensitivity * acting,
-            rate_error: of.outputs.rate_error[rate] * filtered
-                + seen(of.outputs.rate_error) * acceleration,
+            rate_error: of.outputs.rate_error.through(&noise)
+                + (of.outputs.rate_error.through(&states) + of_auxiliary) * acceleration,
             difference: 1.0 - z.inv(),
         }
     }
@@ -196,8 +202,8 @@ fn first_order(z: Complex64, dt: f64, lag: f64) -> Complex64 {
     (1.0 - p) / (z - p)
 }
 
-/// Each state per commanded acceleration that is held over a step, behind the rotors.
-fn states(z: Complex64, of: &Loop, rotors: &Rotors) -> [Complex64; 4] {
+/// Each state of the chain per commanded acceleration that is held over a step, behind the rotors.
+fn states(z: Complex64, of: &Loop, lag: f64, delay: f64) -> [Complex64; 4] {
     let (dt, w) = (of.dt, z - 1.0);
     // Sampled integrators of first to fourth order behind a hold.
     let integrators = [
@@ -206,18 +212,18 @@ fn states(z: Complex64, of: &Loop, rotors: &Rotors) -> [Complex64; 4] {
         dt.powi(3) * (z * z + 4.0 * z + 1.0) / (6.0 * w.powi(3)),
         dt.powi(4) * (z.powi(3) + 11.0 * z * z + 11.0 * z + 1.0) / (24.0 * w.powi(4)),
     ];
-    let delay = Complex64::from_polar(1.0, -z.arg() / dt * rotors.delay);
+    let delay = Complex64::from_polar(1.0, -z.arg() / dt * delay);
     of.chain.map(|(coefficient, power)| {
         if power == 0 {
             return Complex64::default();
         }
-        let chain = if rotors.lag == 0.0 {
+        let chain = if lag == 0.0 {
             integrators[power as usize - 1]
         } else {
             // 1/(s^n (1 + s T)) = sum (-T)^(n - k)/s^k + (-T)^n/(1 + s T)
-            let minus = -rotors.lag;
+            let minus = -lag;
             let parts = (1..=power).map(|k| minus.powi(power - k) * integrators[k as usize - 1]);
-            parts.sum::<Complex64>() + minus.powi(power) * first_order(z, dt, rotors.lag)
+            parts.sum::<Complex64>() + minus.powi(power) * first_order(z, dt, lag)
         };
         coefficient * chain * delay
     })
@@ -241,19 +247,22 @@ mod tests {
     #[test]
     fn a_first_order_loop_has_the_variances_of_the_closed_form() {
         use crate::tune::hover::Outputs;
-        use glam::DMat4;
+        use crate::tune::linear::{Matrix, Vector};
         let (k, dt, inertia) = (30.0, 1e-3, 0.02);
-        let row = -k * DVec4::X;
-        let rows = DMat4::from_cols(row, DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
+        let row = -k * Vector::unit(0);
+        let mut rows = Matrix::default();
+        rows.0[0] = row;
         let of = Loop {
             order: 1,
             continuous: rows,
             sampled: rows,
-            pushes: [DVec4::ZERO; 2],
-            outputs: Outputs { rate_error: DVec4::X, ..Outputs::default() },
+            pushes: [Vector::ZERO; 2],
+            outputs: Outputs { rate_error: Vector::unit(0), ..Outputs::default() },
             command: row,
-            driven: DVec4::X,
+            driven: Vector::unit(0),
             chain: [(1.0, 1), (0.0, 0), (0.0, 0), (0.0, 0)],
+            estimates: [Vector::ZERO; 2],
+            inner: None,
             rate: Some(0),
             dt,
         };

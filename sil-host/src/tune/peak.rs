@@ -5,9 +5,9 @@
 
 use std::collections::VecDeque;
 
-use glam::{DMat4, DVec4};
-
 use super::hover::{Corner, Hover, Loop, Outputs};
+use super::inner::InnerState;
+use super::linear::{Matrix, STATES, Vector};
 use super::margin::Rotors;
 use super::survey::Which;
 
@@ -109,15 +109,16 @@ fn linear_peaks(of: &Loop, dt: f64, disturbances: &Disturbances, rotors: &Rotors
         return Peaks::default().zip(Peaks::default(), |_, _| f64::INFINITY);
     }
     let mut h = 1.0 / (RESOLUTION * fastest);
-    for time in [rotors.lag, rotors.delay].into_iter().filter(|&time| time > 0.0) {
+    let residual = of.inner.map_or(rotors.lag, |inner| inner.residual_lag);
+    for time in [rotors.lag, rotors.delay, residual].into_iter().filter(|&time| time > 0.0) {
         h = h.min(time / ROTOR_RESOLUTION);
     }
     let steps = (TAIL / (slowest * h)).min(STEPS_MAX) as u32;
     let Disturbances { lasting, noise } = *disturbances;
     let mut sum = Peaks::default();
     for ((push, lasting), noise) in of.pushes.into_iter().zip(lasting).zip(noise) {
-        if push != DVec4::ZERO && lasting + noise > 0.0 {
-            let area = if rotors.is_prompt() {
+        if push != Vector::ZERO && lasting + noise > 0.0 {
+            let area = if rotors.is_prompt() && of.inner.is_none() {
                 impulse_area(&of.continuous, push, &of.outputs, h, steps)
             } else {
                 impulse_area_behind(rotors, of, push, h, steps)
@@ -141,59 +142,74 @@ struct Area {
 }
 
 /// Integrals of magnitude and square of each output after the impulse `push` (RK4, trapezoids).
-fn impulse_area(a: &DMat4, push: DVec4, outputs: &Outputs, h: f64, steps: u32) -> Area {
+fn impulse_area(a: &Matrix, push: Vector, outputs: &Outputs, h: f64, steps: u32) -> Area {
     let advance = rk4(a, h);
-    area(outputs, push, h, steps, |x| advance * x)
+    area(outputs, push, h, steps, |x| (advance * x, [0.0; 2]))
 }
 
 /// The same with the wrench behind `rotors`: the acceleration of the law passes a delay line and a lag.
-fn impulse_area_behind(rotors: &Rotors, of: &Loop, push: DVec4, h: f64, steps: u32) -> Area {
-    let columns = of.driven;
-    // Without the law: a chain of integrators, whose series ends.
-    let outer = |gain: f64| of.driven * gain;
+fn impulse_area_behind(rotors: &Rotors, of: &Loop, push: Vector, h: f64, steps: u32) -> Area {
     let command = of.command;
-    let law =
-        DMat4::from_cols(outer(command.x), outer(command.y), outer(command.z), outer(command.w));
-    let a = (of.continuous - law) * h;
-    let (a2, i) = (a * a, DMat4::IDENTITY);
-    let a3 = a2 * a;
-    let free = i + a + a2 * 0.5 + a3 * (1.0 / 6.0);
-    let driven = (i + a * 0.5 + a2 * (1.0 / 6.0) + a3 * (1.0 / 24.0)) * columns * h;
+    // Without the law: chains of integrators, whose series ends.
+    let a = h * (of.continuous - Matrix::outer(of.driven, command));
+    let (mut term, mut free, mut mean) = (Matrix::identity(), Matrix::default(), Matrix::default());
+    for k in 1..=STATES {
+        free = free + term;
+        mean = mean + (1.0 / k as f64) * term;
+        term = (1.0 / k as f64) * (a * term);
+    }
+    let driven = h * (mean * of.driven);
     let kept = if rotors.lag > 0.0 { (-h / rotors.lag).exp() } else { 0.0 };
     let late = (rotors.delay / h).round() as usize;
     let mut line = VecDeque::from(vec![0.0; late + 1]);
     let mut acceleration = 0.0;
+    let mut within = InnerState::default();
     area(&of.outputs, push, h, steps, |x| {
-        line.push_back(command.dot(x));
+        let row = command.dot(x);
+        let (asked, errors) = match &of.inner {
+            None => (row, [0.0; 2]),
+            // While the model is right, what acts by it acts.
+            Some(inner) => {
+                let demand = within.demand(inner, row);
+                (within.advance(inner, demand, h), within.errors(inner))
+            }
+        };
+        line.push_back(asked);
         let asked = line.pop_front().unwrap_or_default();
-        let next = asked + (acceleration - asked) * kept;
-        let mean = 0.5 * (acceleration + next);
-        acceleration = next;
-        free * x + driven * mean
+        let mean = if of.inner.is_some() {
+            asked
+        } else {
+            let next = asked + (acceleration - asked) * kept;
+            let mean = 0.5 * (acceleration + next);
+            acceleration = next;
+            mean
+        };
+        (free * x + mean * driven, errors)
     })
 }
 
-/// Integrals over the states that `advance` leads through.
+/// Integrals over the states that `advance` leads through; with each it gives what comes on top of the attitude's angle and of `w_e`.
 fn area(
     outputs: &Outputs,
-    push: DVec4,
+    push: Vector,
     h: f64,
     steps: u32,
-    mut advance: impl FnMut(DVec4) -> DVec4,
+    mut advance: impl FnMut(Vector) -> (Vector, [f64; 2]),
 ) -> Area {
-    let seen = |x: DVec4| Peaks {
+    let seen = |x: Vector, [turned, turning]: [f64; 2]| Peaks {
         position: outputs.position.dot(x).abs(),
-        attitude: outputs.attitude.dot(x).abs(),
+        attitude: (outputs.attitude.dot(x) + turned).abs(),
         tilt: outputs.tilt.dot(x).abs(),
-        rate_error: outputs.rate_error.dot(x).abs(),
+        rate_error: (outputs.rate_error.dot(x) + turning).abs(),
         g: outputs.g.dot(x).abs(),
     };
     let mut x = push;
     let mut area = Area::default();
-    let mut before = seen(x);
+    let mut before = seen(x, [0.0; 2]);
     for _ in 0..steps {
-        x = advance(x);
-        let now = seen(x);
+        let (next, errors) = advance(x);
+        x = next;
+        let now = seen(x, errors);
         let magnitude = before.zip(now, |a, b| 0.5 * h * (a + b));
         let square = before.zip(now, |a, b| 0.5 * h * (a * a + b * b));
         area.magnitude = area.magnitude.zip(magnitude, |sum, piece| sum + piece);
@@ -204,10 +220,15 @@ fn area(
 }
 
 /// One RK4 step of `x' = A x` as a matrix.
-fn rk4(a: &DMat4, h: f64) -> DMat4 {
-    let a = *a * h;
-    let (a2, i) = (a * a, DMat4::IDENTITY);
-    i + a + a2 * 0.5 + a2 * a * (1.0 / 6.0) + a2 * a2 * (1.0 / 24.0)
+fn rk4(a: &Matrix, h: f64) -> Matrix {
+    let a = h * *a;
+    let mut sum = Matrix::identity();
+    let mut term = sum;
+    for k in 1..=4 {
+        term = (1.0 / f64::from(k)) * (a * term);
+        sum = sum + term;
+    }
+    sum
 }
 
 #[cfg(test)]
@@ -217,24 +238,26 @@ mod tests {
     /// Rotors that are nearly prompt change nothing; slow ones raise the peaks.
     #[test]
     fn areas_behind_rotors_approach_those_without() {
-        let command = DVec4::new(-1.0, -2.0, 0.0, 0.0);
-        let rows = [DVec4::Y, command, DVec4::ZERO, DVec4::ZERO];
-        let continuous = DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
+        let command = -1.0 * Vector::unit(0) - 2.0 * Vector::unit(1);
+        let mut continuous = Matrix::default();
+        (continuous.0[0], continuous.0[1]) = (Vector::unit(1), command);
         let of = Loop {
             order: 2,
             continuous,
             sampled: continuous,
-            pushes: [DVec4::ZERO; 2],
-            outputs: Outputs { position: DVec4::X, ..Outputs::default() },
+            pushes: [Vector::ZERO; 2],
+            outputs: Outputs { position: Vector::unit(0), ..Outputs::default() },
             command,
-            driven: DVec4::Y,
+            driven: Vector::unit(1),
             chain: [(1.0, 2), (1.0, 1), (0.0, 0), (0.0, 0)],
+            estimates: [Vector::ZERO; 2],
+            inner: None,
             rate: None,
             dt: 1e-3,
         };
         let behind = |lag: f64, delay: f64| {
             let rotors = Rotors { lag, delay };
-            impulse_area_behind(&rotors, &of, DVec4::Y, 0.002, 30_000).magnitude.position
+            impulse_area_behind(&rotors, &of, Vector::unit(1), 0.002, 30_000).magnitude.position
         };
         assert!((behind(0.005, 0.002) - 1.0).abs() < 0.02, "{}", behind(0.005, 0.002));
         // lag s^3 + s^2 + 2 s + 1 with lag 1 rings: the area is larger.
@@ -245,11 +268,14 @@ mod tests {
     /// that of the velocity, `(1 - t) exp(-t)`, has `2/e`.
     #[test]
     fn areas_of_a_known_response() {
-        let a = DMat4::from_cols_array(&[
-            0.0, -1.0, 0.0, 0.0, 1.0, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-        ]);
-        let outputs = Outputs { position: DVec4::X, rate_error: DVec4::Y, ..Outputs::default() };
-        let area = impulse_area(&a, DVec4::Y, &outputs, 0.01, 3000);
+        let mut a = Matrix::default();
+        (a.0[0], a.0[1]) = (Vector::unit(1), -1.0 * Vector::unit(0) - 2.0 * Vector::unit(1));
+        let outputs = Outputs {
+            position: Vector::unit(0),
+            rate_error: Vector::unit(1),
+            ..Outputs::default()
+        };
+        let area = impulse_area(&a, Vector::unit(1), &outputs, 0.01, 3000);
         assert!((area.magnitude.position - 1.0).abs() < 1e-4, "{area:?}");
         assert!((area.magnitude.rate_error - 2.0 / 1f64.exp()).abs() < 1e-3, "{area:?}");
         // The squares have 1/4 and 1/4.

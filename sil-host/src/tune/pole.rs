@@ -1,7 +1,7 @@
 //! Poles: roots of the characteristic polynomial of a small matrix.
 
+use super::linear::{Matrix, STATES};
 use aberth::AberthSolver;
-use glam::{DMat4, DVec4};
 
 /// A pole of a closed loop in continuous time (1/s); its conjugate is a pole, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,11 +41,11 @@ impl Pole {
 }
 
 /// Eigenvalues of the leading `order` rows and columns of `matrix`, slowest first; the rest of it
-/// must be zero. `order` is at most four.
+/// must be zero.
 #[must_use]
-pub fn eigenvalues(matrix: &DMat4, order: usize) -> Vec<Pole> {
+pub fn eigenvalues(matrix: &Matrix, order: usize) -> Vec<Pole> {
     let coefficients = characteristic_polynomial(matrix);
-    let mut polynomial: Vec<f64> = coefficients[4 - order..].to_vec();
+    let mut polynomial: Vec<f64> = coefficients[STATES - order..].to_vec();
     // In units of the geometric mean of the moduli all coefficients are of order one.
     let unit = polynomial[0].abs().powf(1.0 / order as f64);
     let unit = if unit > 0.0 { unit } else { 1.0 };
@@ -62,60 +62,65 @@ pub fn eigenvalues(matrix: &DMat4, order: usize) -> Vec<Pole> {
     poles
 }
 
-/// `[a0, a1, a2, a3, 1]` with `det(s I - A) = s^4 + a3 s^3 + a2 s^2 + a1 s + a0`
-/// (Faddeev-LeVerrier).
-fn characteristic_polynomial(a: &DMat4) -> [f64; 5] {
-    let mut coefficients = [0.0, 0.0, 0.0, 0.0, 1.0];
-    let mut m = DMat4::ZERO;
-    for k in 1..=4 {
-        m = *a * m + DMat4::from_diagonal(DVec4::splat(coefficients[5 - k]));
-        coefficients[4 - k] = -trace(&(*a * m)) / k as f64;
+/// `[a0, a1, ..., 1]` with `det(s I - A) = s^n + ... + a1 s + a0` (Faddeev-LeVerrier).
+fn characteristic_polynomial(a: &Matrix) -> [f64; STATES + 1] {
+    let mut coefficients = [0.0; STATES + 1];
+    coefficients[STATES] = 1.0;
+    let mut m = Matrix::default();
+    for k in 1..=STATES {
+        m = *a * m + coefficients[STATES + 1 - k] * Matrix::identity();
+        coefficients[STATES - k] = -(*a * m).trace() / k as f64;
     }
     coefficients
-}
-
-fn trace(a: &DMat4) -> f64 {
-    a.x_axis.x + a.y_axis.y + a.z_axis.z + a.w_axis.w
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Block-diagonal with known roots, turned by a similarity.
-    fn mixed(a: DMat4) -> DMat4 {
-        let t = DMat4::from_cols_array(&[
-            1.0, 0.2, -0.3, 0.4, 0.1, 1.0, 0.5, -0.2, 0.3, -0.4, 1.0, 0.1, -0.5, 0.3, 0.2, 1.0,
-        ]);
-        t * a * t.inverse()
+    use crate::tune::linear::Vector;
+
+    /// Companion matrix of `(s - r)(s - ...)`.
+    fn companion(roots: &[f64]) -> Matrix {
+        let mut polynomial = vec![1.0];
+        for root in roots {
+            let shifted: Vec<_> = [0.0].into_iter().chain(polynomial.iter().copied()).collect();
+            let scaled = polynomial.iter().map(|it| -root * it).chain([0.0]);
+            polynomial = shifted.iter().zip(scaled).map(|(a, b)| a + b).collect();
+        }
+        let order = roots.len();
+        let mut a = Matrix::default();
+        for i in 0..order - 1 {
+            a.0[i] = Vector::unit(i + 1);
+        }
+        for (i, coefficient) in polynomial.iter().take(order).enumerate() {
+            a.0[order - 1][i] = -coefficient;
+        }
+        a
     }
 
+    /// Loops of the largest order with slow estimates and fast rates keep the five digits that are shown.
     #[test]
     fn known_eigenvalues_come_back() {
-        // -0.3 +- 0.4i, -20, -300
-        let a = DMat4::from_cols(
-            DVec4::new(-0.3, -0.4, 0.0, 0.0),
-            DVec4::new(0.4, -0.3, 0.0, 0.0),
-            DVec4::new(0.0, 0.0, -20.0, 0.0),
-            DVec4::new(0.0, 0.0, 0.0, -300.0),
-        );
-        let poles = eigenvalues(&mixed(a), 4);
-        let expected = [(-0.3, 0.4), (-0.3, 0.4), (-20.0, 0.0), (-300.0, 0.0)];
-        for (pole, (re, im)) in poles.iter().zip(expected) {
-            let error = (pole.re - re).hypot(pole.im.abs() - im);
-            assert!(error < 1e-8 * re.hypot(im), "{pole:?} is not {re} +- {im}i");
+        let roots = [-0.05, -0.3, -0.8, -4.0, -20.0, -300.0];
+        let poles = eigenvalues(&companion(&roots), 6);
+        for (pole, root) in poles.iter().zip(roots) {
+            let error = (pole.re - root).hypot(pole.im);
+            assert!(error < 1e-5 * root.abs(), "{pole:?} is not {root}");
         }
-        assert!((poles[0].damping() - 0.6).abs() < 1e-8);
     }
 
     #[test]
     fn lower_orders_leave_out_the_rest() {
-        let a = DMat4::from_cols_array(&[
-            0.0, -6.0, 0.0, 0.0, 1.0, -5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-        ]);
+        // -0.3 +- 0.4i
+        let mut a = Matrix::default();
+        (a.0[0], a.0[1]) = (Vector::unit(1), -0.25 * Vector::unit(0) - 0.6 * Vector::unit(1));
         let poles = eigenvalues(&a, 2);
         assert_eq!(poles.len(), 2);
-        assert!((poles[0].re + 2.0).abs() < 1e-9 && (poles[1].re + 3.0).abs() < 1e-9, "{poles:?}");
+        for pole in poles {
+            assert!((pole.re + 0.3).abs() < 1e-9 && (pole.im.abs() - 0.4).abs() < 1e-9, "{pole:?}");
+            assert!((pole.damping() - 0.6).abs() < 1e-8);
+        }
     }
 
     #[test]

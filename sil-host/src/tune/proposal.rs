@@ -1,6 +1,6 @@
 //! A proposal: the gains and the predicted errors.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::design::design;
 use super::digits::rounded_up;
@@ -9,6 +9,7 @@ use super::hover::Hover;
 use super::infeasible::{Infeasible, Remedy};
 use super::margin::{Margins, Rotors, margins};
 use super::noise::{Activity, activity};
+use super::push::settling_time;
 use super::request::Request;
 use super::survey::{LoopSurvey, Which};
 use super::ultimate::Ultimate;
@@ -38,6 +39,8 @@ pub struct Proposal {
     pub ultimate: Ultimate,
     /// Torque activity of the rate noise, if there is any.
     pub activity: Option<Activity>,
+    /// Time until a lasting push at its bound is held (s), with integral action.
+    pub push_settling: Option<f64>,
     /// Time from which on the bounds hold in the check flights (s).
     pub settle_time: f64,
     /// Length of the check flights (s).
@@ -60,9 +63,28 @@ impl Proposal {
         let cascade = law.cascade();
         let width = f64::from(cascade.delta_min_translation.min(cascade.delta_min_rotation));
         let smoothing = (20.0 / width).ln() / f64::from(cascade.delta_1);
-        let settle_time = (FORGOTTEN / decay).max(smoothing).ceil();
+        let push_settling =
+            (!request.steady.is_none()).then(|| settling_time(&law, &request.steady));
+        let settle_time = (FORGOTTEN / decay).max(smoothing).max(push_settling.unwrap_or(0.0));
+        let settle_time = settle_time.ceil();
         let duration = (settle_time + JUDGED / request.wanted.position_bandwidth).ceil();
-        Ok(Self { request, law, surveys, margins, ultimate, activity, settle_time, duration })
+        Ok(Self {
+            request,
+            law,
+            surveys,
+            margins,
+            ultimate,
+            activity,
+            push_settling,
+            settle_time,
+            duration,
+        })
+    }
+
+    /// Start of the scenario from its reference (m).
+    #[must_use]
+    pub fn start_offset(&self) -> DVec3 {
+        0.5 * self.request.wanted.position_range * DVec3::new(1.0, -1.0, -1.0)
     }
 
     /// Bounds of the check: position (m), `q_e`, tilt and heading (rad).
@@ -85,7 +107,7 @@ fn predicted(request: &Request) -> Result<(ControllerConfig, Ultimate), Infeasib
     // To slow signals a filter is a delay of the rate; the peaks take it as one of the wrench, which is worse.
     let filtered = slow_delay(&request.rate_filter, request.step_period.into());
     let rotors = Rotors { delay: request.rotors.delay + filtered, ..request.rotors };
-    let ultimate = Ultimate::new(&law, request.lasting_torque, &rotors);
+    let ultimate = Ultimate::new(&law, request.lasting_torque, &request.steady, &rotors);
     out_of_range(&law, &ultimate).map_or(Ok((law, ultimate)), Err)
 }
 
@@ -95,9 +117,9 @@ impl Infeasible {
     fn remedied(mut self, request: &Request) -> Self {
         let asked = request.options.attitude_bandwidth;
         let slower = asked.map(|bandwidth| (Remedy::AttitudeBandwidth, bandwidth));
-        let slower = slower.filter(|it| self.remedy.is_none_or(|(remedy, _)| remedy != it.0));
+        let slower = slower.filter(|it| self.deciding.iter().all(|(remedy, _)| *remedy != it.0));
         let passes = |request: &Request| predicted(request).is_ok();
-        for (remedy, value) in slower.into_iter().chain(self.remedy) {
+        for (remedy, value) in slower.into_iter().chain(self.deciding.clone()) {
             if let Some(words) = remedy.sufficient(request, value, passes) {
                 self.remedies.insert(0, words);
             }
@@ -126,6 +148,6 @@ fn out_of_range(law: &ControllerConfig, ultimate: &Ultimate) -> Option<Infeasibl
             "a larger wanted.attitude_bandwidth".to_owned(),
             "a larger wanted.position_range".to_owned(),
         ],
-        remedy: None,
+        deciding: vec![],
     })
 }

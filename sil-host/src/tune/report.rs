@@ -13,6 +13,7 @@ use super::noise_trade::{Trade, trade};
 use super::pole::Pole;
 use super::proposal::Proposal;
 use super::returning::{return_speeds, settling_times};
+use super::steady::Steady;
 use super::survey::{LoopSurvey, Met, Which};
 use super::ultimate::Bounds;
 use sim::number::number;
@@ -37,6 +38,7 @@ pub fn table(proposal: &Proposal, check: Option<&Check>) -> String {
         text += &worst(survey, asked(proposal, survey.which));
     }
     text += &rotors(proposal);
+    text += &push(proposal, check);
     text += "\nPredicted ultimate bounds, disturbances at their bounds:\n";
     text += &bounds(proposal, check);
     text += &noise(proposal, check);
@@ -44,6 +46,22 @@ pub fn table(proposal: &Proposal, check: Option<&Check>) -> String {
         text += &flown(check);
     }
     text
+}
+
+/// Time until a lasting push is held.
+fn push(proposal: &Proposal, check: Option<&Check>) -> String {
+    let Some(predicted) = proposal.push_settling else { return String::new() };
+    let Steady { acceleration, torque } = proposal.request.steady;
+    let flown = check.and_then(|check| check.push).map_or_else(String::new, |push| {
+        let longest = push.flown.map_or_else(|| "not held".to_owned(), |it| finite(it, "s"));
+        format!(", flown {longest} ({} flights)", push.flights)
+    });
+    format!(
+        "\nA push of {} m/s^2 and {} N m that lasts, at once: below 1 cm and 0.1 degree after {}{flown}\n",
+        number(acceleration),
+        number(torque),
+        finite(predicted, "s")
+    )
 }
 
 /// Torque activity under rate noise, and what other bandwidths would make of it.
@@ -138,8 +156,17 @@ fn rotors(proposal: &Proposal) -> String {
     let Rotors { lag, delay } = proposal.request.rotors;
     let filter = &proposal.request.rate_filter;
     let filters = if filter.is_empty() { "" } else { " and the filters of the rate" };
+    let residual = proposal.law.rotors().residual_lag;
+    let led = if residual > 0.0 {
+        format!(
+            " of which the law's model with its lead leaves {} s for the torque",
+            number(residual.into())
+        )
+    } else {
+        String::new()
+    };
     let mut text = format!(
-        "\nMargins with a lag of {} s and a delay of {} s{filters}, worst corner:\n",
+        "\nMargins with a lag of {} s{led} and a delay of {} s{filters}, worst corner:\n",
         number(lag),
         number(delay)
     );
@@ -182,10 +209,10 @@ fn returns(proposal: &Proposal) -> String {
 fn asked(proposal: &Proposal, which: Which) -> (Option<f64>, f64) {
     let wanted = &proposal.request.wanted;
     match which {
-        Which::Lateral | Which::Vertical => (Some(wanted.position_bandwidth), wanted.damping),
-        Which::VerticalAdaptive => (None, 0.5 * wanted.damping),
         Which::Attitude => (Some(wanted.attitude_bandwidth), wanted.damping),
         Which::Heading => (Some(wanted.heading_bandwidth), wanted.damping),
+        _ if which.learns() => (None, 0.5 * wanted.damping),
+        _ => (Some(wanted.position_bandwidth), wanted.damping),
     }
 }
 
@@ -207,12 +234,12 @@ fn worst(survey: &LoopSurvey, (bandwidth, damping): (Option<f64>, f64)) -> Strin
 fn corner(which: Which, met: &Met) -> String {
     let at = met.corner;
     match which {
-        Which::Lateral | Which::Attitude | Which::Heading => {
+        Which::Vertical => String::new(),
+        Which::VerticalAdaptive => format!(" at {} kg", number(at.mass)),
+        _ => {
             let [inertia, estimate] = [at.inertia, at.inertia_estimate].map(number);
             format!(" at J {inertia} taken for {estimate}{}", ["", " about y", " about z"][at.axis])
         }
-        Which::Vertical => String::new(),
-        Which::VerticalAdaptive => format!(" at {} kg", number(at.mass)),
     }
 }
 
@@ -249,6 +276,9 @@ fn flown(check: &Check) -> String {
     if check.noise.is_some_and(|noise| !noise.passed()) {
         let _ = writeln!(text, "  FAIL torque under rate noise: not the predicted one to 10 %");
     }
+    if check.push.is_some_and(|push| !push.passed()) {
+        let _ = writeln!(text, "  FAIL a push that lasts: not held in the predicted time");
+    }
     text
 }
 
@@ -267,6 +297,7 @@ pub fn json(proposal: &Proposal, check: Option<&Check>, passed: bool) -> String 
         "settling_time": settling_times(&proposal.law, FAR),
         "ultimate": proposal.ultimate,
         "activity": proposal.activity,
+        "push_settling": proposal.push_settling,
         "check": check,
     });
     format!("{value:#}")

@@ -2,11 +2,14 @@
 //! short vehicle file or from a scenario, whose own gains are ignored.
 
 use ctrl_core::filter::{RateFilter, RateFilterConfig};
+use ctrl_core::rotors::RotorModel;
 use ctrl_core::vehicle::{GRAVITY, InitialEstimate, Interval, Uncertainty, VectorInterval};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
+use super::digits::rounded;
 use super::margin::Rotors;
+use super::steady::Steady;
 use ctrl_core::controller::ControllerConfig;
 use sim::scenario::document::TomlText;
 use sim::scenario::{BuiltIn, LoadedScenario, Scenario, ScenarioError};
@@ -23,6 +26,8 @@ pub struct Request {
     /// Part of `D2` that may be a lasting torque about each axis (N m); the rest is zero-mean noise.
     #[serde(with = "sim::per_axis")]
     pub lasting_torque: DVec3,
+    /// Disturbances that last, on top of `D1` and `D2`, for integral action.
+    pub steady: Steady,
     /// `M_p` (m/s^2).
     pub reference_acceleration_max: f32,
     /// `dt` (s).
@@ -77,6 +82,8 @@ pub struct Wanted {
     pub noise_torque_max: Option<f64>,
     /// Least speed of return from far away on any axis (m/s); zero for any.
     pub return_speed: f64,
+    /// Quotient of the rotors' lag and of what the lead of a model of them inside the law leaves; none: no model.
+    pub rotor_lead: Option<f64>,
 }
 
 /// `[wanted]` of a vehicle file, or the flags of the same names; what is absent has a default.
@@ -108,6 +115,14 @@ pub struct WantedOptions {
     pub rate_noise: Option<f64>,
     /// See [`Wanted`]; zero.
     pub return_speed: Option<f64>,
+    /// See [`Wanted`]; no model.
+    pub rotor_lead: Option<f64>,
+    /// See [`Steady`]; a flag, whose key in a vehicle file is beside the vehicle's.
+    #[serde(skip)]
+    pub steady_acceleration: Option<f64>,
+    /// The same.
+    #[serde(skip)]
+    pub steady_torque: Option<f64>,
 }
 
 impl WantedOptions {
@@ -127,6 +142,9 @@ impl WantedOptions {
             noise_torque_max: self.noise_torque_max.or(other.noise_torque_max),
             rate_noise: self.rate_noise.or(other.rate_noise),
             return_speed: self.return_speed.or(other.return_speed),
+            rotor_lead: self.rotor_lead.or(other.rotor_lead),
+            steady_acceleration: self.steady_acceleration.or(other.steady_acceleration),
+            steady_torque: self.steady_torque.or(other.steady_torque),
         }
     }
 
@@ -140,7 +158,8 @@ impl WantedOptions {
         let agility = agility(margin);
         let tilting = agility.x.min(agility.y);
         let fastest = (tilting / attitude_range).max(0.0).sqrt();
-        let followed = ROTOR_SHARE / (rotors.lag + rotors.delay);
+        let left = rotors.lag / self.rotor_lead.unwrap_or(1.0);
+        let followed = ROTOR_SHARE / (left + rotors.delay);
         let attitude_bandwidth = self
             .attitude_bandwidth
             .unwrap_or((5.0 * position_bandwidth).min(0.75 * fastest).min(followed));
@@ -158,6 +177,7 @@ impl WantedOptions {
             rotation_slope: self.rotation_slope,
             noise_torque_max: self.noise_torque_max,
             return_speed: self.return_speed.unwrap_or(0.0),
+            rotor_lead: self.rotor_lead,
         }
     }
 }
@@ -178,6 +198,10 @@ struct VehicleFile {
     disturbance_torque: Vec3,
     #[serde(default, with = "sim::per_axis::optional")]
     lasting_torque: Option<DVec3>,
+    #[serde(default)]
+    steady_acceleration: f64,
+    #[serde(default)]
+    steady_torque: f64,
     reference_acceleration_max: f32,
     thrust_max: Option<f32>,
     #[serde(default, with = "sim::per_axis::optional")]
@@ -205,7 +229,7 @@ impl Request {
     pub fn completed(mut self) -> Self {
         let torque = self.limits.map_or(DVec3::INFINITY, |limits| limits.torque_max.as_dvec3());
         let inertia = self.known.inertia.upper.as_dvec3();
-        let lasting = self.lasting_torque;
+        let lasting = self.torque_that_lasts();
         let agility = |margin: f64| ((1.0 - margin) * torque - lasting) / inertia;
         self.wanted = self.options.complete(agility, &self.rotors);
         self
@@ -220,6 +244,23 @@ impl Request {
         f32s.into_iter().all(|it| it == Vec3::splat(it.x))
             && self.lasting_torque == DVec3::splat(self.lasting_torque.x)
             && self.wanted.heading_bandwidth == self.wanted.attitude_bandwidth
+    }
+
+    /// Model of the rotors inside the law; a lead leaves at least one step of the lag.
+    #[must_use]
+    pub fn rotor_model(&self) -> RotorModel {
+        let lag = self.rotors.lag;
+        let left = |lead: f64| (lag / lead).max(f64::from(self.step_period).min(lag));
+        self.wanted.rotor_lead.map_or(RotorModel::OFF, |lead| RotorModel {
+            lag: lag as f32,
+            residual_lag: rounded(left(lead)) as f32,
+        })
+    }
+
+    /// Torque that may last about each axis, within `D2` and on top of it (N m).
+    #[must_use]
+    pub fn torque_that_lasts(&self) -> DVec3 {
+        self.lasting_torque + DVec3::splat(self.steady.torque)
     }
 
     /// Wanted bandwidth of the attitude about each axis (rad/s).
@@ -302,6 +343,8 @@ impl Request {
                 g,
                 "m/s^2",
             ),
+            at("steady_acceleration", self.steady.acceleration, 0.0, g, "m/s^2"),
+            at("steady_torque", self.steady.torque, 0.0, 1e6, "N m"),
             at("step_period", self.step_period.into(), 1e-4, 0.1, "s"),
             at("thrust_max", limits.thrust_max.into(), 1e-3, 1e6, "N"),
             at("rotor_lag", self.rotors.lag, 0.0, 1.0, "s"),
@@ -318,6 +361,7 @@ impl Request {
             at("wanted.phase_margin_deg", wanted.phase_margin_deg, 1.0, 80.0, "deg"),
             at("wanted.position_bandwidth", wanted.position_bandwidth, 0.01, 100.0, "rad/s"),
             at("wanted.return_speed", wanted.return_speed, 0.0, 100.0, "m/s"),
+            at("wanted.rotor_lead", wanted.rotor_lead.unwrap_or(1.0), 1.0, 100.0, "times less lag"),
             at("wanted.damping", wanted.damping, 0.1, 0.95, "of critical damping"),
             at("wanted.margin", wanted.margin, 0.0, 0.9, "of each inequality's headroom"),
             at("wanted.position_range", wanted.position_range, 1e-3, 1e3, "m"),
@@ -332,6 +376,10 @@ impl Request {
             // The shortest decimals in the core's precision: without what widening to f64 adds.
             let [value, lower, upper] = [value, lower, upper].map(|number| number as f32);
             (path, format!("{value} must be in [{lower}, {upper}] {unit}"))
+        })
+        .or_else(|| {
+            let useless = wanted.rotor_lead.is_some() && self.rotors.lag == 0.0;
+            useless.then(|| ("wanted.rotor_lead", "needs a rotor_lag above zero".to_owned()))
         })
         .or_else(|| {
             let refused = RateFilter::new(&self.rate_filter, self.step_period).err()?;
@@ -372,6 +420,10 @@ fn from_vehicle(
             inertia: Vec3::from(known.inertia.axes().map(middle)),
         },
         lasting_torque: lasting_torque.as_dvec3(),
+        steady: Steady {
+            acceleration: flags.steady_acceleration.unwrap_or(file.steady_acceleration),
+            torque: flags.steady_torque.unwrap_or(file.steady_torque),
+        },
         reference_acceleration_max: file.reference_acceleration_max,
         step_period: file.step_period,
         limits,
@@ -401,17 +453,31 @@ fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
         ),
     };
     let actuation = scenario.effective_actuation();
+    let model = controller.rotors();
+    let modelled = (model.lag > 0.0).then_some(f64::from(model.lag));
+    let lead = modelled.map(|lag| {
+        if model.residual_lag > 0.0 { lag / f64::from(model.residual_lag) } else { 1.0 }
+    });
+    let flags = WantedOptions { rotor_lead: flags.rotor_lead.or(lead), ..flags };
     let rotors = Rotors {
-        lag: actuation.rotor_lag.unwrap_or_default(),
+        lag: actuation.rotor_lag.or(modelled).unwrap_or_default(),
         delay: actuation.delay.unwrap_or_default(),
     };
     let noise = scenario.state_feedback.rate_body.and_then(|it| it.white_noise);
-    let lasting_torque = lasting.bounds().1.min(known.disturbance_torque.as_dvec3());
+    let borne = Steady::borne(controller.integral(), known.disturbance_acceleration.into());
+    let steady = Steady {
+        acceleration: flags.steady_acceleration.unwrap_or(borne.acceleration),
+        torque: flags.steady_torque.unwrap_or(borne.torque),
+    };
+    // What the integral action bears is not `D2`'s.
+    let lasting = (lasting.bounds().1 - DVec3::splat(steady.torque)).max(DVec3::ZERO);
+    let lasting_torque = lasting.min(known.disturbance_torque.as_dvec3());
     Request {
         name: format!("{}-tuned", scenario.name),
         known,
         initial: *controller.initial(),
         lasting_torque,
+        steady,
         reference_acceleration_max,
         step_period: controller.step_period(),
         limits,

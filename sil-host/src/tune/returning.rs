@@ -40,6 +40,28 @@ pub fn settling_times(law: &ControllerConfig, distance: f64) -> [f64; 2] {
     })
 }
 
+/// Time (s) after which a lasting `push` (m/s^2) along a horizontal axis, which begins at once, leaves less than `left` (m),
+/// with a tilt that follows at once; zero without an estimate of it, infinite beyond five minutes.
+#[must_use]
+pub fn push_held(law: &ControllerConfig, push: f64, left: f64) -> f64 {
+    let integral = law.integral();
+    if integral.gamma_d == 0.0 {
+        return 0.0;
+    }
+    let mut motion = Motion::new(law, false, 0.0);
+    motion.push = push;
+    motion.learning = [integral.gamma_d, integral.acceleration_max].map(f64::from);
+    let mut outside = 0u32;
+    for step in 1..=(TIME_MAX / TIME_STEP) as u32 {
+        motion.advance();
+        if motion.error.abs() > left {
+            outside = step;
+        }
+    }
+    let time = f64::from(outside) * TIME_STEP;
+    if time < TIME_MAX - 1.0 { time } else { f64::INFINITY }
+}
+
 /// Longest return (s), and the step of its integration (s).
 const TIME_MAX: f64 = 300.0;
 const TIME_STEP: f64 = 2e-3;
@@ -57,6 +79,10 @@ struct Motion {
     velocity: f64,
     /// `m beta - 1`.
     excess: f64,
+    /// Lasting push (m/s^2), `gamma_d` and `D_c`, and the estimate `d_hat` of it.
+    push: f64,
+    learning: [f64; 2],
+    estimate: f64,
 }
 
 impl Motion {
@@ -74,6 +100,9 @@ impl Motion {
             error: distance,
             velocity: 0.0,
             excess: 0.0,
+            push: 0.0,
+            learning: [0.0; 2],
+            estimate: 0.0,
         }
     }
 
@@ -83,11 +112,13 @@ impl Motion {
         let [s1, s2] = [m1 * (k1 * e + k2 * v).tanh(), m2 * (k2 * v).tanh()];
         let g = k2 * (s1 + s2) + k1 * v; // (16)
         let smooth_sign = g / (g * g + self.delta * self.delta).sqrt(); // (17)
-        let asked = G - s1 - s2 - self.d1 * smooth_sign; // (13)
+        let asked = G - s1 - s2 - self.d1 * smooth_sign - self.estimate; // (13)
+        let [gain, bound] = self.learning;
+        self.estimate = (self.estimate + TIME_STEP * gain * g).clamp(-bound, bound);
         let acting = asked / (1.0 + self.excess);
         let excess = self.excess + TIME_STEP * self.adaptation * g * acting; // (14)
         self.excess = excess.clamp(self.set[0], self.set[1]);
-        self.velocity += TIME_STEP * (acting - G);
+        self.velocity += TIME_STEP * (acting - G + self.push);
         self.error += TIME_STEP * self.velocity;
     }
 }

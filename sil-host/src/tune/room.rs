@@ -24,8 +24,16 @@ const ROUNDING: f64 = 1e-6;
 pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Infeasible> {
     let free = (1.0 - request.wanted.margin) * (1.0 - ROUNDING);
     let d1 = f64::from(request.known.disturbance_acceleration);
-    let needed = (2.0 * bandwidth.powi(2) * request.wanted.position_range).max(2.0 * PUSH * d1);
-    let why = "M1 + M2 >= 2 max(position_range bandwidth^2, 2 D1)";
+    // What lasts is held by M1 until the estimate has it.
+    let push = request.steady.acceleration;
+    let held = if push > 0.0 { d1 + push } else { 0.0 };
+    let held = (PUSH * d1).max(held);
+    let needed = (2.0 * bandwidth.powi(2) * request.wanted.position_range).max(2.0 * held);
+    let why = if push > 0.0 {
+        "M1 + M2 >= 2 max(position_range bandwidth^2, 2 D1, D1 + steady_acceleration)"
+    } else {
+        "M1 + M2 >= 2 max(position_range bandwidth^2, 2 D1)"
+    };
     let room = thrust_room(request);
     let lift = free * room.lift;
     if needed > lift {
@@ -41,7 +49,7 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
                 ),
                 "a smaller wanted.position_bandwidth or wanted.position_range".to_owned(),
             ],
-            remedy: None,
+            deciding: vec![],
         });
     }
     let Some(limits) = request.limits else { return Ok(lift) };
@@ -53,14 +61,14 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
             right: thrust,
             unit: "m/s^2",
             remedies: vec![lower_demand()],
-            remedy: Some((Remedy::ThrustMax, room.thrust_for(needed / free))),
+            deciding: vec![(Remedy::ThrustMax, room.thrust_for(needed / free))],
         });
     }
     let mut room = lift.min(thrust);
     for axis in Which::Lateral.axes().iter().copied() {
         let per_acceleration =
             f64::from(request.known.inertia.upper[axis]) * bandwidth * bandwidth / G;
-        let lasting = request.lasting_torque[axis];
+        let lasting = request.torque_that_lasts()[axis];
         let torque = lasting + per_acceleration * (needed + d1);
         let most = free * f64::from(limits.torque_max[axis]);
         if torque > most {
@@ -73,7 +81,7 @@ pub(super) fn acceleration(request: &Request, bandwidth: f64) -> Result<f64, Inf
                 right: most,
                 unit: "N m",
                 remedies: vec![lower_demand()],
-                remedy: Some((torque_max(request, axis), torque / free)),
+                deciding: vec![(torque_max(request, axis), torque / free)],
             });
         }
         room = room.min((most - lasting) / per_acceleration - d1);
@@ -158,7 +166,7 @@ pub(super) fn auxiliary_gain(request: &Request, attitude: DVec3) -> Result<f64, 
 fn auxiliary_gain_about(request: &Request, axis: usize, attitude: f64) -> Result<f64, Infeasible> {
     let Some(limits) = request.limits else { return Ok(0.0) };
     let inertia = f64::from(request.known.inertia.upper[axis]);
-    let lasting = request.lasting_torque[axis];
+    let lasting = request.torque_that_lasts()[axis];
     let free = (1.0 - request.wanted.margin) * (1.0 - ROUNDING);
     let most = free * f64::from(limits.torque_max[axis]);
     let torque = lasting + inertia * attitude * attitude * request.wanted.attitude_range;
@@ -178,7 +186,7 @@ fn auxiliary_gain_about(request: &Request, axis: usize, attitude: f64) -> Result
             right: most,
             unit: "N m",
             remedies,
-            remedy: Some((torque_max(request, axis), torque / free)),
+            deciding: vec![(torque_max(request, axis), torque / free)],
         });
     }
     let followed = ((most - lasting) / (inertia * core::f64::consts::TAU)).sqrt();

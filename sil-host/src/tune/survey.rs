@@ -28,6 +28,12 @@ pub enum Which {
     Attitude,
     /// Attitude about the vertical body axis, where it is unlike the others.
     Heading,
+    /// Position and tilt with the estimates of integral action.
+    LateralIntegral,
+    /// Attitude with the estimate of the lasting torque.
+    AttitudeIntegral,
+    /// Heading with the estimate of the lasting torque.
+    HeadingIntegral,
 }
 
 impl Which {
@@ -35,19 +41,41 @@ impl Which {
     #[must_use]
     pub fn of(law: &ControllerConfig) -> Vec<Self> {
         let mut all = vec![Self::Lateral, Self::Vertical, Self::VerticalAdaptive, Self::Attitude];
-        if Hover::new(law).distinct(&ALL_AXES).contains(&HEADING_AXIS) {
-            all.push(Self::Heading);
+        let hover = Hover::new(law);
+        let heading = hover.distinct(&ALL_AXES).contains(&HEADING_AXIS);
+        let [force, torque] = hover.lasting.map(|gain| gain > 0.0);
+        for (which, there) in [
+            (Self::Heading, heading),
+            (Self::LateralIntegral, force || torque),
+            (Self::AttitudeIntegral, torque),
+            (Self::HeadingIntegral, torque && heading),
+        ] {
+            all.extend(there.then_some(which));
         }
         all
+    }
+
+    /// `true` for a loop with an estimate that learns, whose slow mode is shown and not asked for.
+    #[must_use]
+    pub fn learns(self) -> bool {
+        self == Self::VerticalAdaptive || self.is_integral()
+    }
+
+    /// `true` for a loop with estimates of integral action.
+    #[must_use]
+    pub fn is_integral(self) -> bool {
+        matches!(self, Self::LateralIntegral | Self::AttitudeIntegral | Self::HeadingIntegral)
     }
 
     /// Body axes that it is about; the vertical one has none and stands for itself.
     #[must_use]
     pub fn axes(self) -> &'static [usize] {
         match self {
-            Self::Lateral | Self::Attitude => &[0, 1],
+            Self::Lateral | Self::Attitude | Self::LateralIntegral | Self::AttitudeIntegral => {
+                &[0, 1]
+            }
             Self::Vertical | Self::VerticalAdaptive => &[0],
-            Self::Heading => &[HEADING_AXIS],
+            Self::Heading | Self::HeadingIntegral => &[HEADING_AXIS],
         }
     }
 
@@ -60,6 +88,9 @@ impl Which {
             Self::VerticalAdaptive => "height, mass adapting",
             Self::Attitude => "attitude",
             Self::Heading => "heading",
+            Self::LateralIntegral => "position, integral",
+            Self::AttitudeIntegral => "attitude, integral",
+            Self::HeadingIntegral => "heading, integral",
         }
     }
 
@@ -67,10 +98,12 @@ impl Which {
     #[must_use]
     pub fn at(self, hover: &Hover, corner: &Corner) -> Loop {
         match self {
-            Self::Lateral => hover.lateral(corner),
+            Self::Lateral => hover.lateral(corner, false),
             Self::Vertical => hover.vertical(corner, false),
             Self::VerticalAdaptive => hover.vertical(corner, true),
-            Self::Attitude | Self::Heading => hover.attitude(corner),
+            Self::Attitude | Self::Heading => hover.attitude(corner, false),
+            Self::LateralIntegral => hover.lateral(corner, true),
+            Self::AttitudeIntegral | Self::HeadingIntegral => hover.attitude(corner, true),
         }
     }
 }
@@ -140,7 +173,10 @@ fn corners_about(which: Which, hover: &Hover, nominal: &Corner) -> Vec<Corner> {
         inertias = ends(hover.known.inertia.axes()[nominal.axis]);
         rotation = SLOPES.to_vec();
     }
-    if !matches!(which, Which::Attitude | Which::Heading) {
+    if !matches!(
+        which,
+        Which::Attitude | Which::Heading | Which::AttitudeIntegral | Which::HeadingIntegral
+    ) {
         translation = SLOPES.to_vec();
     }
     let mut corners = Vec::new();

@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::hover::{Corner, Hover};
 use super::margin::Rotors;
 use super::peak::{Disturbances, Peaks, peaks};
+use super::steady::Steady;
 use super::survey::{Which, nominal};
 use ctrl_core::controller::ControllerConfig;
 use sim::guarantee::lyapunov::SMOOTHING;
@@ -57,10 +58,19 @@ pub struct Ultimate {
 
 impl Ultimate {
     /// Of `law` behind `rotors`, when `lasting_torque` (N m) of `D2` may last about each axis and the rest is
-    /// noise.
+    /// noise, and the vehicle leans against a push of `steady` on top.
     #[must_use]
-    pub fn new(law: &ControllerConfig, lasting_torque: DVec3, rotors: &Rotors) -> Self {
-        let (peak, position_demand) = peak(law, lasting_torque, rotors);
+    pub fn new(
+        law: &ControllerConfig,
+        lasting_torque: DVec3,
+        steady: &Steady,
+        rotors: &Rotors,
+    ) -> Self {
+        let (mut peak, position_demand) = peak(law, lasting_torque, rotors);
+        let lean = (2f64.sqrt() * steady.acceleration / f64::from(GRAVITY)).atan();
+        for angle in [&mut peak.tilt, &mut peak.heading] {
+            *angle = angle.map(|it| it + lean);
+        }
         // No mean is above its peak, which in turn may be none.
         let mean = mean(law).zip(peak, |mean, peak| match (mean, peak) {
             (Some(mean), Some(peak)) => Some(mean.min(peak)),
@@ -99,8 +109,15 @@ fn peak(law: &ControllerConfig, lasting_torque: DVec3, rotors: &Rotors) -> (Boun
         worst
     };
     // What may last is not among what makes axes distinct.
-    let lateral = of_axes(Which::Lateral, if alike(lasting_torque) { &tilting } else { &[0, 1] });
-    let heading = of_axes(Which::Heading, &[2]);
+    let tilting = if alike(lasting_torque) { &tilting[..] } else { &[0, 1] };
+    // With the estimates of integral action, and where their projection holds them.
+    let learning = hover.lasting.iter().any(|gain| *gain > 0.0);
+    let of_both = |frozen, learns, axes| {
+        let worst = of_axes(frozen, axes);
+        if learning { worst.max(of_axes(learns, axes)) } else { worst }
+    };
+    let lateral = of_both(Which::Lateral, Which::LateralIntegral, tilting);
+    let heading = of_both(Which::Heading, Which::HeadingIntegral, &[2]);
     let adapting = hover.cascade.gamma1 > 0.0;
     let which = if adapting { Which::VerticalAdaptive } else { Which::Vertical };
     let mut vertical = Peaks::default();

@@ -30,7 +30,8 @@ fn images() -> &'static Path {
 
 /// The emulator with one of the images.
 pub fn emulator(image: &str) -> Emulator {
-    Emulator { program: QEMU.into(), image: images().join(image), shift: NATURAL_SHIFT }
+    let (program, image) = (QEMU.into(), images().join(image));
+    Emulator { program, image, shift: NATURAL_SHIFT, counted: true }
 }
 
 /// Runs an image until it ends; the exit status is the image's.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sil_host::pil::flight::{OnBoard, fly};
+use sil_host::pil::flight::{OnBoard, fly, fly_ahead};
 use sil_host::pil::recording::{Direction, Recording};
 use sil_host::pil::replay::replay;
 use sil_host::pil::session::VehicleSession;
@@ -83,8 +83,8 @@ fn restarts_of_the_estimate_are_the_same_aboard() {
     assert_flies_as_in_sil("sensors-indoors", &changes);
 }
 
-#[test]
-fn a_difference_names_the_first_tick_and_number() {
+/// 100 ticks of a flight whose vehicle has another gain than the law on the host, `batch` ticks sent at once.
+fn flown_with_another_gain(batch: usize) -> OnBoard {
     let changes = ["duration=0.1".to_owned()];
     let loaded = LoadedScenario::open("paper-saturated", &changes).unwrap();
     let other = "controller.saturated.k4=3".to_owned();
@@ -92,10 +92,32 @@ fn a_difference_names_the_first_tick_and_number() {
     let tuned = LoadedScenario::open("paper-saturated", &set).unwrap();
     let (mut session, _) = VehicleSession::boot(&emulator("firmware"), &[]).unwrap();
     set_up(&mut session, tuned.scenario()).unwrap();
-    let on_board = fly(&loaded, &mut session, &mut TickLog::default(), &|_| ()).unwrap();
-    let difference = on_board.difference.expect("another gain");
+    fly_ahead(&loaded, &mut session, batch, &mut TickLog::default(), &|_| ()).unwrap()
+}
+
+#[test]
+fn a_difference_names_the_first_tick_and_number_as_well_with_the_host_ahead() {
+    let difference = flown_with_another_gain(1).difference.expect("another gain");
     assert!(difference.tick < 10, "{difference}");
     assert_ne!(difference.vehicle, difference.host);
+    let ahead = flown_with_another_gain(32);
+    assert_eq!(ahead.difference, Some(difference));
+}
+
+/// A number of ticks that is no multiple of the batch; the vehicle answers every one of them.
+#[test]
+fn with_the_host_ahead_every_tick_is_compared_and_costs_the_same() {
+    let by_tick = flown("paper-robust-adaptive", &["duration=0.3"]).0;
+    for (name, batch) in [("paper-robust-adaptive", 7), ("sensors-indoors", 32)] {
+        let loaded = LoadedScenario::open(name, &["duration=0.3".to_owned()]).unwrap();
+        let (mut session, _) = VehicleSession::boot(&emulator("firmware"), &[]).unwrap();
+        set_up(&mut session, loaded.scenario()).unwrap();
+        let flown = fly_ahead(&loaded, &mut session, batch, &mut (), &|_| ()).unwrap();
+        assert_eq!((flown.difference, flown.ticks), (None, 300), "{name}");
+        if name == "paper-robust-adaptive" {
+            assert_eq!(flown.cost, by_tick.cost, "{name}");
+        }
+    }
 }
 
 #[test]

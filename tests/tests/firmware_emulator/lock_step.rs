@@ -10,7 +10,8 @@ use ctrl_core::vehicle::VehicleState;
 use glam::Vec3;
 use link::{Rejection, Uplink};
 use sil_host::pil::PilError;
-use sil_host::pil::flight::{OnBoard, fly};
+use sil_host::pil::emulator::Emulator;
+use sil_host::pil::flight::{OnBoard, fly, fly_ahead};
 use sil_host::pil::lockstep::PATIENCE;
 use sil_host::pil::session::{VehicleSession, one_telemetry};
 use sil_host::pil::set_up::set_up;
@@ -105,6 +106,20 @@ fn over_fifos_a_flight_is_sils_to_the_bit_and_costs_the_same() {
         assert!((by_clock - in_step).abs() < 200.0, "{by_clock}, {in_step}");
         let health = session.health(HERE).unwrap();
         assert_eq!(health.groups.map(|group| group.overruns), [0; 4], "{health:?}");
+    }
+}
+
+/// As `sil-host pil --lock-step --count false` flies: the emulator's time is the machine's, and steps are requested ahead.
+#[test]
+fn in_lock_step_without_counted_time_and_with_the_host_ahead_a_flight_is_sils_to_the_bit() {
+    let emulator = Emulator { counted: false, ..emulator("firmware") };
+    for scenario in PAPER {
+        let loaded = LoadedScenario::open(scenario, &["duration=0.5".to_owned()]).unwrap();
+        let (mut session, _) = VehicleSession::boot(&emulator, &[]).unwrap();
+        session.enter_lock_step().unwrap();
+        set_up(&mut session, loaded.scenario()).unwrap();
+        let flown = fly_ahead(&loaded, &mut session, 32, &mut (), &|_| ()).unwrap();
+        assert_eq!((flown.difference, flown.ticks), (None, 500), "{scenario}");
     }
 }
 

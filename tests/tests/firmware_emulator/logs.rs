@@ -35,6 +35,7 @@ fn logs_are_those_of_sil_to_the_byte() {
         emulator: emulator("firmware"),
         port: None,
         lock_step: false,
+        ahead: 32,
         record: None,
         faults: FaultOptions::default(),
     };

@@ -67,7 +67,7 @@ impl VehicleSession {
     ) -> Result<Self, PilError> {
         let line = Line::Fifos(Lockstep::start_with(emulator, directives, mavlink)?);
         let mut session = Self::over(line, emulator.cost_unit(), None);
-        session.receive()?;
+        session.receive_packet()?;
         Ok(session)
     }
 
@@ -82,7 +82,7 @@ impl VehicleSession {
     ) -> Result<(Self, Vec<Downlink>), PilError> {
         let line = Line::Fifos(Lockstep::start(emulator, directives)?);
         let mut session = Self::over(line, emulator.cost_unit(), recording);
-        let first = session.receive()?;
+        let first = session.receive_packet()?;
         Ok((session, first))
     }
 

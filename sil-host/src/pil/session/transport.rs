@@ -13,16 +13,46 @@ impl VehicleSession {
     /// # Errors
     /// When the vehicle is gone or silent.
     pub fn send(&mut self, messages: &[Uplink]) -> Result<Vec<Downlink>, PilError> {
+        let bytes = self.packet(messages, 0);
+        self.transmit(&bytes)?;
+        self.receive()
+    }
+
+    /// Bytes that carry messages and let the vehicle proceed as [`send`](Self::send) does, `ahead` ticks after it will
+    /// have proceeded by what has been sent before.
+    pub fn packet(&mut self, messages: &[Uplink], ahead: u64) -> Vec<u8> {
         let frames = self.frames(messages);
         let mut bytes = match &mut self.to_vehicle {
             Some(faults) => faults.pass(frames),
             None => frames.concat(),
         };
-        let Some(uptime) = self.uptime else { return self.send_bytes(&bytes) };
-        bytes.push(0); // ends what is left of a damaged frame
-        bytes.extend(step_frame(&mut self.encoder, uptime + 1));
-        self.transmit(&bytes)?;
-        self.receive_step(uptime + 1)
+        if let Some(uptime) = self.uptime {
+            bytes.push(0); // ends what is left of a damaged frame
+            bytes.extend(step_frame(&mut self.encoder, uptime + ahead + 1));
+        }
+        bytes
+    }
+
+    /// Sends packets of several ticks at once. Each is to be [received](Self::receive).
+    ///
+    /// # Errors
+    /// When the line fails.
+    pub fn send_ahead(&mut self, packets: &[Vec<u8>]) -> Result<(), PilError> {
+        for packet in packets {
+            self.record(Direction::ToVehicle, packet);
+        }
+        self.line.send_all(packets)
+    }
+
+    /// The messages that the vehicle has sent until it took the oldest packet that has not been answered.
+    ///
+    /// # Errors
+    /// As [`send`](Self::send).
+    pub fn receive(&mut self) -> Result<Vec<Downlink>, PilError> {
+        match self.uptime {
+            Some(uptime) => self.receive_step(uptime + 1),
+            None => self.receive_packet(),
+        }
     }
 
     /// The frames that carry messages, with the next numbers.
@@ -45,7 +75,7 @@ impl VehicleSession {
     /// As [`send`](Self::send).
     pub fn send_bytes(&mut self, bytes: &[u8]) -> Result<Vec<Downlink>, PilError> {
         self.transmit(bytes)?;
-        self.receive()
+        self.receive_packet()
     }
 
     fn transmit(&mut self, bytes: &[u8]) -> Result<(), PilError> {
@@ -59,7 +89,7 @@ impl VehicleSession {
         }
     }
 
-    pub(super) fn receive(&mut self) -> Result<Vec<Downlink>, PilError> {
+    pub(super) fn receive_packet(&mut self) -> Result<Vec<Downlink>, PilError> {
         let packet = self.line.listen()?;
         self.record(Direction::FromVehicle, &packet);
         let line = match &mut self.from_vehicle {
