@@ -30,7 +30,7 @@ impl DisturbanceSource for Wind {
         let acceleration = self.drag * relative.length() * relative;
         Disturbance {
             acceleration_world: acceleration.clamp_length_max(self.acceleration_max),
-            torque_body: DVec3::ZERO,
+            ..Disturbance::NONE
         }
     }
 }

@@ -145,7 +145,8 @@ impl DisturbanceSource for CallableDisturbance {
         });
         let [ax, ay, az, x, y, z] = self.failure.or(acting, [0.0; 6]);
         let acceleration_world = DVec3::new(ax, ay, az);
-        Disturbance { acceleration_world, torque_body: DVec3::new(x, y, z) }
+        let torque_body = DVec3::new(x, y, z);
+        Disturbance { acceleration_world, torque_body, ..Disturbance::NONE }
     }
 }
 

@@ -61,9 +61,11 @@ fn fly_failure(error: &FlyError) -> u8 {
     match error {
         FlyError::Output(..) => NOT_WRITTEN,
         FlyError::Differs | FlyError::Image(_) => VEHICLE_FAILED,
-        FlyError::Scenario(_) | FlyError::Refused(_) | FlyError::Port(_) | FlyError::Key(..) => {
-            WRONG_USAGE
-        }
+        FlyError::Scenario(_)
+        | FlyError::Refused(_)
+        | FlyError::Frame { .. }
+        | FlyError::Port(_)
+        | FlyError::Key(..) => WRONG_USAGE,
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use ctrl_core::mode::navigation::{
     Airborne, MissionItem, MissionKind, NavigationEvent, NavigationMode, Request,
 };
+use ctrl_core::mode::safety::{BatteryGuard, Reaction, SafetyConfig};
 use ctrl_core::mode::{Command, Mode};
 use ctrl_core::setpoint::Setpoint;
 use firmware::session::SessionMemory;
@@ -183,4 +184,40 @@ fn the_same_commands_at_the_same_ticks_leave_the_same_bytes() {
         std::fs::read(air.directory.join("flight-001/flight.ulg")).expect("a log")
     };
     assert!(fly("repeated-1") == fly("repeated-2"));
+}
+
+#[test]
+fn the_plants_battery_sags_under_the_rotors_and_the_guard_brings_the_vehicle_down() {
+    // A frame as that of firmware/vehicle.toml, and a battery with little left.
+    let rotors = r#"rotors={frame={ring={spins=["clockwise","anticlockwise","clockwise","anticlockwise"], arm=0.2, first_angle_deg=45.0, torque_ratio=0.016, thrust={lower=0.0, upper=4.0}}}, battery={full_voltage=16.8, empty_voltage=13.2, nominal_voltage=15.0, resistance=0.02, capacity=1.0, charge=0.4, power_factor=12.0, compensation_time=0.5}}"#;
+    let mut memory = SessionMemory::new();
+    let mut air = Air::new("battery", "hover-gusts", &[rotors], &mut memory);
+    let battery = BatteryGuard {
+        low: 14.0,
+        critical: 13.4,
+        time: 1.0,
+        low_reaction: Reaction::Return,
+        critical_reaction: Reaction::Land,
+    };
+    let safety = SafetyConfig { battery: Some(battery), ..SafetyConfig::default() };
+    air.vehicle.set_safety(&safety).expect("valid");
+    let at_rest = air.vehicle.battery().expect("a battery");
+    assert!((at_rest.voltage - (13.2 + 0.4 * 3.6)).abs() < 1e-5 && at_rest.current == 0.0);
+    air.run(0.5);
+    air.command(Command::Arm).expect("armed");
+    air.ask(Request::TakeOff(Some(3.0)));
+    air.until(60.0, |air| air.vehicle.truth().position_world.z > 2.5);
+    let flying = air.vehicle.battery().expect("a battery");
+    // Four rotors with 2.08 N each take 4 * 12 * 2.08^1.5 = 144 W.
+    assert!((flying.voltage * flying.current - 144.0).abs() < 15.0, "{flying:?}");
+    assert!(flying.remaining < at_rest.remaining && flying.voltage < at_rest.voltage);
+    air.until(120.0, |air| air.vehicle.mode() == Mode::Disarmed);
+    assert!(air.vehicle.plant().stands() && air.vehicle.plant().touchdown_speed() < 0.8);
+    let low = air.vehicle.battery().expect("a battery");
+    assert!(low.voltage < 14.0 && low.remaining > 0.05, "{low:?}");
+
+    let hexarotor = rotors.replace("spins=[", r#"spins=["clockwise","anticlockwise","#);
+    let loaded = LoadedScenario::open("hover-gusts", &[hexarotor]).expect("a scenario");
+    let error = FlownVehicle::new(loaded.scenario(), &mut SessionMemory::new()).expect_err("six");
+    assert_eq!(error.to_string(), "rotors.frame: 6 rotors, but firmware/vehicle.toml has 4");
 }

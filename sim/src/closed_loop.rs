@@ -143,9 +143,10 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
             let measured = self.source.measure(self.plant.truth());
             let mut reference = reference;
             self.source.shift(&mut reference);
-            let disturbance = self.disturbance.advance(self.plant.truth());
+            let mut disturbance = self.disturbance.advance(self.plant.truth());
             let output = self.controller.step(&mut self.state, &measured, &reference);
             self.plant.command(&output.wrench);
+            self.plant.add_drag(&mut disturbance);
             self.plant.advance(&disturbance);
             self.tick += 1;
         }
@@ -210,12 +211,13 @@ impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         };
         self.controller.step_into(&mut self.state, &measured, &followed, &mut tick);
         tick.applied = self.plant.command(&tick.output.wrench);
+        self.plant.add_drag(&mut tick.disturbance);
         match &mut self.evaluator {
             Some(evaluator) => tick.evaluation = evaluator.evaluate(&tick),
             None => tick.evaluation.position_error = tick.position_error(),
         }
         observer.observe(&tick);
-        self.plant.advance(&disturbance);
+        self.plant.advance(&tick.disturbance);
         self.tick += 1;
     }
 }

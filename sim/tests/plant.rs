@@ -10,7 +10,7 @@ use sim::plant::rigid_body::RigidBody;
 use sim::plant::{Disturbance, PlantParameters, PlantState};
 
 const BODY: PlantParameters = PlantParameters::new(0.85, DVec3::new(0.03, 0.05, 0.1));
-const CALM: Disturbance = Disturbance { acceleration_world: DVec3::ZERO, torque_body: DVec3::ZERO };
+const CALM: Disturbance = Disturbance::NONE;
 
 fn tumbling() -> PlantState {
     PlantState {

@@ -86,6 +86,7 @@ fn held_exactly(evaluation: &Evaluation, state: &PlantState, mass: f64) -> Held 
     let disturbance = Disturbance {
         acceleration_world: rest * (state.attitude * DVec3::Z),
         torque_body: torque - wrench.torque_body.as_dvec3(),
+        ..Disturbance::NONE
     };
     Held { wrench, mass, disturbance }
 }

@@ -50,6 +50,7 @@ fn compare<C: AdaptiveController>(
         let disturbance = Disturbance {
             acceleration_world: DVec3::new(0.05, -0.03, 0.02),
             torque_body: DVec3::new(0.01, -0.01, 0.005),
+            ..Disturbance::NONE
         };
         Held { wrench: output.wrench, mass: 0.85, disturbance }
     });

@@ -185,7 +185,7 @@ impl Estimator {
     }
 
     /// A position source that keeps disagreeing is believed when no other position has been accepted
-    /// within its timeout.
+    /// within its timeout: the vehicle is where it measured, and what it has moved since.
     #[inline(never)]
     fn after_rejection(
         &self,
@@ -211,6 +211,8 @@ impl Estimator {
         {
             return Verdict::Rejected;
         }
+        let steps = self.config.source(source).delay / self.config.step_period;
+        let position = position + state.history.motion(steps, self.slot_spacing).displacement;
         let count = state.restart.count.wrapping_add(1);
         let shift = position - state.position_world;
         state.restart = Restart { count, position_shift_world: shift };

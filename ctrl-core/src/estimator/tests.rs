@@ -266,6 +266,32 @@ fn a_jump_is_rejected_named_and_believed_only_when_nothing_else_is_left() {
 }
 
 #[test]
+fn a_moving_vehicle_restarts_once_where_it_is_now_not_where_it_was_measured() {
+    let estimator = estimator();
+    let velocity = Vec3::new(2.0, -1.0, 0.5);
+    let start = VehicleState { velocity_world: velocity, ..VehicleState::at_rest(Vec3::ZERO) };
+    let mut state = estimator.start(&start);
+    let (delay, dt) = (EstimatorConfig::EXAMPLE.capture_position.delay, 1e-3);
+    assert!(delay >= 0.01, "{delay}");
+    for (steps, aside) in [(3_000, Vec3::ZERO), (1_000, Vec3::new(3.0, 0.0, 1.0))] {
+        for _ in 0..steps {
+            let step = state.step + 1;
+            estimator.predict(&mut state, &resting(step));
+            if step.is_multiple_of(10) {
+                let then = velocity * (dt * step as f32 - delay) + aside;
+                estimator.correct(&mut state, &capture(step / 10, then));
+            }
+        }
+        let now = velocity * (dt * state.step as f32) + aside;
+        let error = state.vehicle().position_world - now;
+        assert!(error.length() < 2e-3, "{aside}: {error}");
+    }
+    let restart = estimator.estimate(&state).restart;
+    assert_eq!(restart.count, 1);
+    assert!((restart.position_shift_world - Vec3::new(3.0, 0.0, 1.0)).length() < 5e-3);
+}
+
+#[test]
 fn inertial_samples_that_stop_or_freeze_cost_validity_and_nothing_else() {
     let estimator = estimator();
     for bad in [InertialSample { rate_body: Vec3::NAN, ..resting(0) }, resting(3)] {

@@ -16,6 +16,13 @@ pub enum FlyError {
     Scenario(ScenarioError),
     /// The scenario cannot be flown under commands.
     Refused(ConfigError),
+    /// The frame of the scenario has not as many rotors as the firmware's vehicle.
+    Frame {
+        /// Rotors of the scenario's frame.
+        given: usize,
+        /// Rotors of `firmware/vehicle.toml`.
+        needed: usize,
+    },
     /// A port cannot be opened.
     Port(io::Error),
     /// Results cannot be written: path and reason.
@@ -34,6 +41,9 @@ impl fmt::Display for FlyError {
             Self::Scenario(error) => error.fmt(out),
             Self::Refused(error) => {
                 write!(out, "the scenario cannot be flown by commands: {error}")
+            }
+            Self::Frame { given, needed } => {
+                write!(out, "rotors.frame: {given} rotors, but firmware/vehicle.toml has {needed}")
             }
             Self::Port(error) => write!(out, "no port: {error}"),
             Self::Output(path, error) => write!(out, "{}: {error}", path.display()),

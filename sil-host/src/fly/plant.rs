@@ -1,12 +1,12 @@
 //! The plant of flights under commands: on flat ground, disturbed, and seen as the scenario says.
 
+use ctrl_core::allocation::RotorThrusts;
 use ctrl_core::vehicle::{VehicleState, Wrench};
-use sim::plant::actuation::Actuators;
+use mavlink_vehicle::Battery;
 use sim::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
 use sim::plant::ground::GroundedVehicle;
-use sim::plant::rigid_body::RigidBody;
 use sim::plant::vehicle::Plant;
-use sim::plant::{AppliedWrench, Disturbance, PlantParameters, PlantState};
+use sim::plant::{AppliedWrench, Disturbance, PlantState};
 use sim::scenario::Scenario;
 use sim::state_source::StateSource;
 
@@ -24,17 +24,14 @@ impl FlownPlant {
     /// The vehicle of `scenario`, standing below its initial position.
     ///
     /// # Errors
-    /// The parameter that sensors or rate filter refuse.
+    /// The parameter that rotors, sensors or rate filter refuse.
     pub fn new(scenario: &Scenario) -> Result<Self, FlyError> {
         let step_period = scenario.controller.step_period();
         let period = f64::from(step_period);
-        let parameters = PlantParameters::from(scenario.vehicle);
-        let body = RigidBody::new(&parameters, period, scenario.plant_steps_per_tick);
-        let actuators = Actuators::new(&scenario.actuation, &parameters, &body);
         let start = scenario.initial.state();
         let standing = PlantState { position_world: start.position_world.with_z(0.0), ..start };
         Ok(Self {
-            grounded: GroundedVehicle::new(body, actuators, standing, 0.0),
+            grounded: GroundedVehicle::new(scenario.vehicle(standing, period)?, 0.0),
             disturbance: DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period),
             source: StateSource::new(scenario, step_period, &standing)?,
         })
@@ -55,10 +52,37 @@ impl FlownPlant {
         self.source.measure(self.grounded.truth())
     }
 
-    /// Takes the command of a tick; what acts from now on.
+    /// Takes the wrench that is commanded at a tick; what acts from now on.
     pub fn command(&mut self, wrench: &Wrench) -> (AppliedWrench, Disturbance) {
-        let disturbance = self.disturbance.advance(self.grounded.truth());
-        (self.grounded.command(wrench), disturbance)
+        let applied = self.grounded.command(wrench);
+        (applied, self.disturb())
+    }
+
+    /// Takes what the rotors are commanded at a tick: their thrusts, if the scenario has rotors, otherwise the wrench
+    /// that these make.
+    pub fn command_rotors(
+        &mut self,
+        thrusts: Option<&RotorThrusts>,
+        wrench: &Wrench,
+    ) -> (AppliedWrench, Disturbance) {
+        let by_rotors = self.grounded.vehicle_mut().command_thrusts(thrusts);
+        let applied = by_rotors.unwrap_or_else(|| self.grounded.command(wrench));
+        (applied, self.disturb())
+    }
+
+    fn disturb(&mut self) -> Disturbance {
+        let mut disturbance = self.disturbance.advance(self.grounded.truth());
+        self.grounded.add_drag(&mut disturbance);
+        disturbance
+    }
+
+    /// The battery, if the scenario has one.
+    pub fn battery(&self) -> Option<Battery> {
+        self.grounded.vehicle().battery().map(|state| Battery {
+            voltage: state.voltage as f32,
+            current: state.current as f32,
+            remaining: state.charge as f32,
+        })
     }
 
     /// Moves on by one tick under `disturbance`.

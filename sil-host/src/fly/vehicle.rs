@@ -11,7 +11,6 @@ use ctrl_core::mode::navigation::{NavigationMode, Navigator};
 use ctrl_core::mode::safety::SafetyConfig;
 use ctrl_core::trajectory::{HoverConfig, TrajectoryConfig};
 use ctrl_core::vehicle::VehicleState;
-use ctrl_core::vehicle::Wrench;
 use firmware::exchange::ControlStatus;
 use firmware::flight_control::{FlightControl, Health, Inputs, Outputs};
 use firmware::pilot::{Pilot, PilotedVehicle};
@@ -21,10 +20,11 @@ use firmware::state_sample::StateSample;
 use firmware::vehicle::VEHICLE;
 use glam::Vec3;
 use link::{ControllerKind, ParametersInForce};
-use mavlink_vehicle::View;
+use mavlink_vehicle::{Battery, View};
 use sim::evaluation::Evaluation;
-use sim::plant::PlantState;
 use sim::plant::ground::GroundedVehicle;
+use sim::plant::rotors::RotorsConfig;
+use sim::plant::{AppliedWrench, Disturbance, PlantState};
 use sim::scenario::Scenario;
 use sim::tick::Tick;
 
@@ -59,7 +59,7 @@ pub struct Interference {
     pub link_lost_since: Option<f64>,
     /// The remote control is silent since then (s).
     pub rc_lost_since: Option<f64>,
-    /// Measured voltage of the battery (V).
+    /// Measured voltage of the battery (V), in place of the plant's.
     pub voltage: Option<f32>,
     /// The rotor of this index gives nothing.
     pub failed_rotor: Option<usize>,
@@ -104,6 +104,12 @@ impl<'m> FlownVehicle<'m> {
         let pilot = Pilot::new(&Pilot::moderate(&law), &law)?;
         let mut control = FlightControl::new(&law, &VEHICLE.supervisor, &VEHICLE.geometry)?;
         control.set_safety(&VEHICLE.safety)?;
+        if let Some(rotors) = &scenario.rotors {
+            check_rotors(rotors)?;
+            if let Some(battery) = rotors.battery.and_then(|battery| battery.compensation()) {
+                control.set_battery(&battery)?;
+            }
+        }
         let plant = FlownPlant::new(scenario)?;
         Ok(Self {
             measured: plant.truth().measured(),
@@ -149,7 +155,7 @@ impl<'m> FlownVehicle<'m> {
             self.pilot.answered(answer);
         }
         self.pilot.react(outputs.mode, &outputs.safety);
-        let (applied, disturbance) = self.plant.command(&self.wrench_of(&outputs));
+        let (applied, disturbance) = self.act(&outputs);
         let mut tick = Tick {
             tick: self.ticks,
             time: self.ticks as f64 * self.period,
@@ -197,22 +203,32 @@ impl<'m> FlownVehicle<'m> {
 
     fn health(&self) -> Health {
         let Interference { link_lost_since, rc_lost_since, voltage, .. } = self.interference;
+        let voltage = voltage.or_else(|| self.battery().map(|battery| battery.voltage));
         let silence = |since: Option<f64>| since.map_or(0.0, |since| self.time() - since) as f32;
         let Health { link_silence, .. } = self.pilot.health(&self.session, self.status);
         let link_silence = link_silence.max(silence(link_lost_since));
         Health { link_silence, rc_silence: silence(rc_lost_since), voltage }
     }
 
-    /// The wrench that the rotors make, by their thrusts once one of them has failed.
-    fn wrench_of(&self, outputs: &Outputs) -> Wrench {
-        match (&outputs.thrusts, self.interference.failed_rotor) {
-            (Some(thrusts), Some(failed)) => {
-                let mut thrusts = *thrusts;
-                thrusts.iter_mut().skip(failed).take(1).for_each(|thrust| *thrust = 0.0);
-                self.rotors.wrench(&thrusts)
-            }
-            _ => outputs.wrench,
-        }
+    /// Gives the plant what the rotors are commanded: their thrusts, if the scenario has rotors, otherwise the
+    /// wrench that the allocation achieved; without the one that interference has made fail.
+    fn act(&mut self, outputs: &Outputs) -> (AppliedWrench, Disturbance) {
+        let failed = self.interference.failed_rotor;
+        let thrusts = outputs.thrusts.map(|mut thrusts| {
+            thrusts.iter_mut().skip(failed.unwrap_or(usize::MAX)).take(1).for_each(|it| *it = 0.0);
+            thrusts
+        });
+        let wrench = match (&thrusts, failed) {
+            (Some(thrusts), Some(_)) => self.rotors.wrench(thrusts),
+            _ => outputs.achieved,
+        };
+        self.plant.command_rotors(thrusts.as_ref(), &wrench)
+    }
+
+    /// The battery of the plant, if the scenario has one.
+    #[must_use]
+    pub fn battery(&self) -> Option<Battery> {
+        self.plant.battery()
     }
 
     /// Takes note of a message of a station.
@@ -249,7 +265,7 @@ impl<'m> FlownVehicle<'m> {
             ready: self.control.readiness(),
             thrust: self.thrust / self.thrust_max,
             load: 0.0, // it is not the host's that matters
-            battery: None,
+            battery: self.battery(),
         }
     }
 
@@ -299,6 +315,12 @@ impl<'m> FlownVehicle<'m> {
     pub fn differs(&self) -> bool {
         self.differs
     }
+}
+
+/// Refuses rotors that the firmware's allocation does not command.
+fn check_rotors(rotors: &RotorsConfig) -> Result<(), FlyError> {
+    let (given, needed) = (rotors.frame.geometry().rotors.len(), VEHICLE.geometry.rotors.len());
+    if given == needed { Ok(()) } else { Err(FlyError::Frame { given, needed }) }
 }
 
 /// The scenario's controller with the paper's numbers for the other one.

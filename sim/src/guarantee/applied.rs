@@ -33,6 +33,11 @@ impl Applied {
         }
     }
 
+    /// Shows the rows whatever the actuators are.
+    pub fn show(&mut self) {
+        self.shown = true;
+    }
+
     fn thrust_requirement(&self) -> Requirement {
         let limit = self.limits.and_then(|limits| limits.thrust_max);
         limit.map_or(Requirement::Information, |max| Requirement::Inside(0.0, max.into()))

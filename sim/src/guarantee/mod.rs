@@ -133,6 +133,14 @@ impl Guarantees {
         self
     }
 
+    /// The monitors of a flight by [rotors](crate::plant::rotors): as [`by_estimate`](Self::by_estimate), and what they
+    /// make of the command is shown.
+    #[must_use]
+    pub fn by_rotors(mut self) -> Self {
+        self.applied.show();
+        self.by_estimate()
+    }
+
     /// Adds a monitor of the caller's; its rows follow the built-in ones.
     #[must_use]
     pub fn with(mut self, monitor: impl Monitor + Send + 'static) -> Self {

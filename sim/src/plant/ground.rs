@@ -7,8 +7,6 @@ use crate::norm::Norm;
 use ctrl_core::vehicle::Wrench;
 use glam::{DQuat, DVec3};
 
-use super::actuation::Actuators;
-use super::rigid_body::RigidBody;
 use super::vehicle::{Plant, Vehicle};
 use super::{AppliedWrench, Disturbance, PlantState};
 
@@ -24,17 +22,14 @@ pub struct GroundedVehicle {
 }
 
 impl GroundedVehicle {
-    /// A vehicle in the state `truth`, over the height `ground` (m) at which its centre of mass stands.
+    /// `vehicle` over the height `ground` (m) at which its centre of mass stands.
     #[must_use]
-    pub fn new(
-        body: RigidBody,
-        actuators: Option<Actuators>,
-        truth: PlantState,
-        ground: f64,
-    ) -> Self {
+    pub fn new(mut vehicle: Vehicle, ground: f64) -> Self {
+        let truth = *vehicle.truth();
         let stands = truth.position_world.z <= ground;
-        let truth = if stands { at_rest(&truth, ground) } else { truth };
-        let vehicle = Vehicle::new(body, actuators, truth);
+        if stands {
+            vehicle.place(at_rest(&truth, ground));
+        }
         Self { vehicle, ground, stands, touchdown_speed: 0.0 }
     }
 
@@ -42,6 +37,17 @@ impl GroundedVehicle {
     #[must_use]
     pub fn stands(&self) -> bool {
         self.stands
+    }
+
+    /// The vehicle.
+    #[must_use]
+    pub fn vehicle(&self) -> &Vehicle {
+        &self.vehicle
+    }
+
+    /// The vehicle, to command it by the thrusts of its rotors.
+    pub fn vehicle_mut(&mut self) -> &mut Vehicle {
+        &mut self.vehicle
     }
 
     /// Length of the velocity at the latest touchdown (m/s).
@@ -58,6 +64,10 @@ impl Plant for GroundedVehicle {
 
     fn command(&mut self, wrench: &Wrench) -> AppliedWrench {
         self.vehicle.command(wrench)
+    }
+
+    fn add_drag(&self, held: &mut Disturbance) {
+        self.vehicle.add_drag(held);
     }
 
     fn advance(&mut self, disturbance: &Disturbance) {
@@ -94,20 +104,19 @@ fn at_rest(truth: &PlantState, ground: f64) -> PlantState {
 mod tests {
     use super::*;
     use crate::plant::PlantParameters;
-    use crate::plant::actuation::ActuationConfig;
+    use crate::plant::rigid_body::RigidBody;
 
     const PARAMETERS: PlantParameters = PlantParameters::new(1.0, DVec3::new(0.05, 0.05, 0.1));
 
     fn vehicle(height: f64) -> GroundedVehicle {
         let body = RigidBody::new(&PARAMETERS, 1e-3, 1);
-        let actuators = Actuators::new(&ActuationConfig::default(), &PARAMETERS, &body);
         let truth = PlantState {
             position_world: DVec3::new(1.0, 2.0, height),
             velocity_world: DVec3::ZERO,
             attitude: DQuat::from_rotation_z(0.7),
             rate_body: DVec3::ZERO,
         };
-        GroundedVehicle::new(body, actuators, truth, 0.0)
+        GroundedVehicle::new(Vehicle::new(body, None, truth), 0.0)
     }
 
     fn fly(vehicle: &mut GroundedVehicle, thrust: f32, ticks: u32) {

@@ -1,12 +1,13 @@
 //! The simulated vehicle: truth in `f64`, from which the controller's `f32` state is rounded.
 //!
-//! One file per physical effect: [`rigid_body`] dynamics, [`disturbance`]s, and the [`actuation`] between
-//! commanded and applied wrench. `docs/plant.md` gives the equations.
+//! One file per physical effect: [`rigid_body`] dynamics, [`disturbance`]s, the [`actuation`] between
+//! commanded and applied wrench, and the [`rotors`] that make it. `docs/plant.md` gives the equations.
 
 pub mod actuation;
 pub mod disturbance;
 pub mod ground;
 pub mod rigid_body;
+pub mod rotors;
 pub mod vehicle;
 
 use ctrl_core::vehicle::VehicleState;
@@ -55,8 +56,7 @@ impl PlantParameters {
     /// A vehicle under no lasting disturbance that an integral action estimates.
     #[must_use]
     pub const fn new(mass: f64, inertia: DVec3) -> Self {
-        let none = Disturbance { acceleration_world: DVec3::ZERO, torque_body: DVec3::ZERO };
-        Self { mass, inertia, lasting: none }
+        Self { mass, inertia, lasting: Disturbance::NONE }
     }
 }
 
@@ -76,4 +76,12 @@ pub struct Disturbance {
     pub acceleration_world: DVec3,
     /// `d2`: torque in body axes (N m).
     pub torque_body: DVec3,
+    /// Velocity of the air in the world frame, which a rotor's drag is relative to (m/s).
+    pub wind_world: DVec3,
+}
+
+impl Disturbance {
+    /// None, in still air.
+    pub const NONE: Self =
+        Self { acceleration_world: DVec3::ZERO, torque_body: DVec3::ZERO, wind_world: DVec3::ZERO };
 }

@@ -1,9 +1,11 @@
 //! The plant of a flight: the interface [`Plant`], and the built-in [`Vehicle`].
 
+use ctrl_core::allocation::RotorThrusts;
 use ctrl_core::vehicle::Wrench;
 
 use super::actuation::Actuators;
 use super::rigid_body::RigidBody;
+use super::rotors::{BatteryState, Rotors};
 use super::{AppliedWrench, Disturbance, PlantState};
 
 /// A simulated vehicle in a flight.
@@ -15,16 +17,28 @@ pub trait Plant {
     /// acts at this instant.
     fn command(&mut self, wrench: &Wrench) -> AppliedWrench;
 
+    /// Adds to the disturbance of the tick whose command was received last what the vehicle itself makes of its motion
+    /// through the air: nothing, unless it has rotors with drag.
+    fn add_drag(&self, _held: &mut Disturbance) {}
+
     /// Moves on by one step period under the latest command and a held disturbance.
     fn advance(&mut self, disturbance: &Disturbance);
+}
+
+/// What is between the command and the body.
+#[derive(Clone, Debug)]
+enum Drive {
+    /// Nothing: every command acts at once and exactly.
+    Ideal,
+    Wrench(Actuators),
+    Rotors(Box<Rotors>),
 }
 
 /// A rigid body with or without rotor dynamics.
 #[derive(Clone, Debug)]
 pub struct Vehicle {
     body: RigidBody,
-    /// If absent, every command acts at once and exactly.
-    actuators: Option<Actuators>,
+    drive: Drive,
     command: Wrench,
     truth: PlantState,
 }
@@ -33,11 +47,34 @@ impl Vehicle {
     /// A vehicle in the state `truth`; without `actuators` every command acts at once and exactly.
     #[must_use]
     pub fn new(body: RigidBody, actuators: Option<Actuators>, truth: PlantState) -> Self {
-        Self { body, actuators, command: Wrench::default(), truth }
+        let drive = actuators.map_or(Drive::Ideal, Drive::Wrench);
+        Self { body, drive, command: Wrench::default(), truth }
     }
-}
 
-impl Vehicle {
+    /// The same vehicle by its rotors, in place of its actuators.
+    #[must_use]
+    pub fn by_rotors(self, rotors: Rotors) -> Self {
+        Self { drive: Drive::Rotors(Box::new(rotors)), ..self }
+    }
+
+    /// Receives the thrusts (N) of a flight controller that allocates itself, in place of
+    /// [`command`](Plant::command); none stops the rotors. `None` if the vehicle has no rotors.
+    pub fn command_thrusts(&mut self, thrusts: Option<&RotorThrusts>) -> Option<AppliedWrench> {
+        match &mut self.drive {
+            Drive::Rotors(rotors) => Some(rotors.take_thrusts(thrusts)),
+            Drive::Ideal | Drive::Wrench(_) => None,
+        }
+    }
+
+    /// The battery, if the vehicle has one.
+    #[must_use]
+    pub fn battery(&self) -> Option<BatteryState> {
+        match &self.drive {
+            Drive::Rotors(rotors) => rotors.battery(),
+            Drive::Ideal | Drive::Wrench(_) => None,
+        }
+    }
+
     /// Puts the vehicle into another state: what it touches may move it, too.
     pub(super) fn place(&mut self, truth: PlantState) {
         self.truth = truth;
@@ -53,17 +90,26 @@ impl Plant for Vehicle {
     #[inline]
     fn command(&mut self, wrench: &Wrench) -> AppliedWrench {
         self.command = *wrench;
-        match &mut self.actuators {
-            None => AppliedWrench::from(*wrench),
-            Some(actuators) => actuators.take(wrench),
+        match &mut self.drive {
+            Drive::Ideal => AppliedWrench::from(*wrench),
+            Drive::Wrench(actuators) => actuators.take(wrench),
+            Drive::Rotors(rotors) => rotors.take(wrench),
+        }
+    }
+
+    #[inline]
+    fn add_drag(&self, held: &mut Disturbance) {
+        if let Drive::Rotors(rotors) = &self.drive {
+            rotors.add_drag(&self.truth, held);
         }
     }
 
     #[inline]
     fn advance(&mut self, disturbance: &Disturbance) {
-        self.truth = match &mut self.actuators {
-            None => self.body.advance(&self.truth, &self.command, disturbance),
-            Some(actuators) => actuators.advance(&self.body, &self.truth, disturbance),
+        self.truth = match &mut self.drive {
+            Drive::Ideal => self.body.advance(&self.truth, &self.command, disturbance),
+            Drive::Wrench(actuators) => actuators.advance(&self.body, &self.truth, disturbance),
+            Drive::Rotors(rotors) => rotors.advance(&self.body, &self.truth, disturbance),
         };
     }
 }

@@ -107,13 +107,17 @@ impl LoadedScenario {
         let written = terms
             .flat_map(|term| [keys(&controller.join("."), term), keys("trajectory", term)])
             .find(|path| self.text.contains(path));
+        let rotors = vec!["rotors".to_owned()];
+        let rotors =
+            Some(rotors).filter(|path| of_rotors(error.parameter) && self.text.contains(path));
         let sensors = error.parameter.split('.').next().and_then(sensor_of);
-        let path =
-            written.or(sensors).or_else(|| self.filter_key(error.parameter)).unwrap_or_else(|| {
-                match error.parameter.split('.').next() {
-                    Some("trajectory") => vec!["trajectory".to_owned()],
-                    _ => controller,
-                }
+        let path = written
+            .or(rotors)
+            .or(sensors)
+            .or_else(|| self.filter_key(error.parameter))
+            .unwrap_or_else(|| match error.parameter.split('.').next() {
+                Some("trajectory") => vec!["trajectory".to_owned()],
+                _ => controller,
             });
         self.text.error(&path, error.to_string())
     }
@@ -125,6 +129,12 @@ impl LoadedScenario {
         let longest_first = (1..=path.len()).rev().map(|length| path[..length].to_vec());
         longest_first.filter(|_| filter).find(|path| self.text.contains(path))
     }
+}
+
+/// `true` for a parameter of allocation, thrust curve or battery compensation.
+fn of_rotors(parameter: &str) -> bool {
+    let first = parameter.split(['.', ' ']).next();
+    matches!(first, Some("rotors" | "thrust_curve" | "battery"))
 }
 
 /// The sensor's key for a field of the estimator's configuration, which has no key of its own.

@@ -29,6 +29,7 @@ use crate::guarantee::GuaranteeConfig;
 use crate::plant::PlantParameters;
 use crate::plant::actuation::ActuationConfig;
 use crate::plant::disturbance::DisturbanceConfig;
+use crate::plant::rotors::RotorsConfig;
 use crate::sensor::SensorsConfig;
 
 /// Everything that a flight depends on.
@@ -50,6 +51,9 @@ pub struct Scenario {
     /// Actuator dynamics; if absent, a command acts exactly and at once.
     #[serde(default)]
     pub actuation: ActuationConfig,
+    /// Rotors that make the wrench; if absent, it acts as the actuators leave it.
+    #[serde(default)]
+    pub rotors: Option<RotorsConfig>,
     /// Sensors; if absent, the controller receives the true state.
     #[serde(default)]
     pub sensors: Option<SensorsConfig>,

@@ -10,6 +10,7 @@ use crate::guarantee::state_error;
 use crate::norm::Norm;
 use crate::number::number;
 use crate::plant::actuation::ActuationConfig;
+use crate::plant::rotors::{BatteryModel, RotorFailure, RotorsConfig};
 use crate::sensor::SensorsConfig;
 
 /// A range that one value must keep.
@@ -28,6 +29,7 @@ pub(super) fn first_fault(scenario: &Scenario) -> Option<(&'static str, String)>
         .find(|check| !(check.value.is_finite() && (check.holds)(check.value)))
         .map(|check| (check.path, format!("{} must be {}", check.value, check.bound)))
         .or_else(|| faulty_state_feedback(scenario))
+        .or_else(|| faulty_rotors(scenario))
         .or_else(|| first_infinite_vector(scenario).map(|path| (path, "must be finite".to_owned())))
         .or_else(|| super::check_name(&scenario.name).err().map(|message| ("name", message)))
         .or_else(|| impossible_inertia(scenario).map(|message| ("vehicle.inertia", message)))
@@ -97,6 +99,7 @@ fn checks(scenario: &Scenario) -> Vec<Check> {
         checks.push(at("guarantees.state_error", bound, |_| true, SMALL));
     }
     checks.extend(actuation_checks(&scenario.actuation));
+    checks.extend(scenario.rotors.iter().flat_map(rotor_checks));
     checks.extend(scenario.sensors.iter().flat_map(sensor_checks));
     if let Some(noise) = disturbance.noise {
         checks.push(not_negative("disturbance.noise.acceleration", noise.acceleration));
@@ -137,6 +140,69 @@ fn actuation_checks(actuation: &ActuationConfig) -> impl Iterator<Item = Check> 
     ]
     .into_iter()
     .filter_map(|(path, value, holds, bound)| Some(Check { path, value: value?, holds, bound }))
+}
+
+/// Ranges of `[rotors]`; the allocation checks the frame itself.
+fn rotor_checks(rotors: &RotorsConfig) -> Vec<Check> {
+    let mut checks = Vec::new();
+    let mut require = |path, value, holds: fn(f64) -> bool, bound| {
+        checks.push(Check { path, value, holds, bound });
+    };
+    if let Some(curve) = rotors.thrust_curve {
+        require("rotors.thrust_curve.quadratic", curve.quadratic, share, SHARE);
+        require("rotors.thrust_curve.assumed", curve.assumed.unwrap_or(1.0), share, SHARE);
+    }
+    let drag: fn(f64) -> bool = |x| (0.0..=10.0).contains(&x);
+    require("rotors.drag", rotors.drag.unwrap_or(0.0), drag, "in [0, 10] N s/m per root newton");
+    if let Some(it) = rotors.battery {
+        let volts: fn(f64) -> bool = |x| (1.0..=1000.0).contains(&x);
+        const VOLTS: &str = "in [1, 1000] V";
+        require("rotors.battery.full_voltage", it.full_voltage, volts, VOLTS);
+        require("rotors.battery.nominal_voltage", it.nominal_voltage, volts, VOLTS);
+        require("rotors.battery.empty_voltage", it.empty_voltage, volts, VOLTS);
+        let ohms: fn(f64) -> bool = |x| (1e-6..=100.0).contains(&x);
+        require("rotors.battery.resistance", it.resistance, ohms, "in [1e-6, 100] ohm");
+        require("rotors.battery.capacity", it.capacity, positive, "positive");
+        require("rotors.battery.charge", it.charge.unwrap_or(1.0), share, SHARE);
+        require("rotors.battery.power_factor", it.power_factor, not_negative, "zero or positive");
+        let times: fn(f64) -> bool = |x| x > 0.0 && x <= 100.0;
+        let time = it.compensation_time.unwrap_or(1.0);
+        require("rotors.battery.compensation_time", time, times, "in (0, 100] s");
+    }
+    checks
+}
+
+/// A failure of a rotor that is not there, or out of its range; a battery that is fuller at less voltage; limits of the wrench beside those of rotors.
+fn faulty_rotors(scenario: &Scenario) -> Option<(&'static str, String)> {
+    let rotors = scenario.rotors.as_ref()?;
+    let count = rotors.frame.geometry().rotors.len();
+    for (index, failure) in rotors.failures.iter().enumerate() {
+        let RotorFailure { rotor, time, thrust_left, reallocated_after } = *failure;
+        let fault = if rotor >= count {
+            Some(format!("rotor {rotor} must be below {count}, the number of rotors"))
+        } else if !(time.is_finite() && time >= 0.0) {
+            Some(format!("time {time} must be zero or positive"))
+        } else if !share(thrust_left) {
+            Some(format!("thrust_left {thrust_left} must be {SHARE}"))
+        } else {
+            let bad = reallocated_after.filter(|after| !(after.is_finite() && *after >= 0.0));
+            bad.map(|after| format!("reallocated_after {after} must be zero or positive"))
+        };
+        if let Some(fault) = fault {
+            return Some(("rotors.failures", format!("failure {index}: {fault}")));
+        }
+    }
+    let battery = rotors.battery.filter(|it| it.full_voltage < it.empty_voltage);
+    if let Some(BatteryModel { full_voltage, empty_voltage, .. }) = battery {
+        let message = format!("{full_voltage} must be at least the empty voltage, {empty_voltage}");
+        return Some(("rotors.battery.full_voltage", message));
+    }
+    let limits = [
+        ("actuation.thrust_max", scenario.actuation.thrust_max.is_some()),
+        ("actuation.torque_max", scenario.actuation.torque_max.is_some()),
+    ];
+    let message = "must be absent beside [rotors], whose own limits act";
+    limits.into_iter().find(|(_, set)| *set).map(|(path, _)| (path, message.to_owned()))
 }
 
 fn positive(x: f64) -> bool {
@@ -343,6 +409,7 @@ pub(super) fn broken_assumptions(scenario: &Scenario) -> Vec<String> {
         demand(false, format!("disturbance torque up to {torque} N m{axis} exceeds D2 = {d2} N m"));
     }
     broken.extend(unlike_the_command(scenario));
+    broken.extend(scenario.rotors.iter().flat_map(RotorsConfig::broken_assumptions));
     broken.extend(scenario.sensors.as_ref().map(|_| {
         "the controller receives an estimate by sensors in place of the true state".to_owned()
     }));

@@ -6,21 +6,20 @@
 
 use std::collections::VecDeque;
 
-use crate::plant::AppliedWrench;
 use crate::plant::rigid_body::RigidBody;
 
-/// Commands on their way.
+/// Commands on their way, wrenches or thrusts of rotors.
 #[derive(Clone, Debug)]
-pub(super) struct Delay {
+pub(in crate::plant) struct Delay<T> {
     /// `r`.
     rest: u32,
     /// The commands of ticks `k - q - 1` to `k`.
-    commands: VecDeque<AppliedWrench>,
+    commands: VecDeque<T>,
 }
 
-impl Delay {
+impl<T: Copy> Delay<T> {
     /// By `delay` (s), not negative; `before` acts until the first command has arrived.
-    pub fn new(delay: f64, before: AppliedWrench, body: &RigidBody) -> Self {
+    pub fn new(delay: f64, before: T, body: &RigidBody) -> Self {
         let steps = (delay / body.sub_step_duration()).round() as u64;
         let per_tick = u64::from(body.sub_steps());
         let (ticks, rest) = ((steps / per_tick) as usize, (steps % per_tick) as u32);
@@ -28,13 +27,13 @@ impl Delay {
     }
 
     /// Takes the command of the next tick.
-    pub fn take(&mut self, command: AppliedWrench) {
+    pub fn take(&mut self, command: T) {
         self.commands.pop_front();
         self.commands.push_back(command);
     }
 
     /// The command that acts in the plant step `step` of the tick whose command was received last.
-    pub fn acting(&self, step: u32) -> AppliedWrench {
+    pub fn acting(&self, step: u32) -> T {
         self.commands[usize::from(step >= self.rest)]
     }
 }
@@ -44,7 +43,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::plant::PlantParameters;
+    use crate::plant::{AppliedWrench, PlantParameters};
 
     /// The tick whose command acts in each plant step, for `delay` of the 4 ms ticks of 4 steps.
     fn acting(delay: f64) -> Vec<f64> {

@@ -11,33 +11,33 @@
 //! `u_m = (6 mean - u(0) - u(h))/4 = u(h/2) + O(h^4)`. So momentum and angular momentum gain exactly what
 //! the rotors gave, for any `T`, however short, and RK4 keeps its order.
 
-use crate::plant::AppliedWrench;
+use super::Combine;
 
-/// The lag in progress.
+/// The lag in progress, of a wrench or of the thrusts of rotors.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lag {
+pub(in crate::plant) struct Lag<T> {
     /// `e^-x`.
     left: f64,
     /// `(1 - e^-x)/x`.
     left_in_the_mean: f64,
-    now: AppliedWrench,
+    now: T,
 }
 
-impl Lag {
+impl<T: Combine> Lag<T> {
     /// With the time constant `constant` from `start` on, for plant steps of `h` (s); none for zero.
-    pub fn new(constant: f64, start: AppliedWrench, h: f64) -> Option<Self> {
+    pub fn new(constant: f64, start: T, h: f64) -> Option<Self> {
         let x = h / constant;
         let left_in_the_mean = -(-x).exp_m1() / x;
         (constant > 0.0).then(|| Self { left: (-x).exp(), left_in_the_mean, now: start })
     }
 
-    /// The wrench that acts now.
-    pub fn now(&self) -> AppliedWrench {
+    /// What acts now.
+    pub fn now(&self) -> T {
         self.now
     }
 
     /// Moves on by one plant step; what acts in its three stages.
-    pub fn advance(&mut self, command: AppliedWrench) -> [AppliedWrench; 3] {
+    pub fn advance(&mut self, command: T) -> [T; 3] {
         let after = |left: f64, start| command.combined(1.0 - left, start, left);
         let start = self.now;
         let (end, mean) = (after(self.left, start), after(self.left_in_the_mean, start));
@@ -52,6 +52,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
+    use crate::plant::AppliedWrench;
 
     fn wrench(thrust: f64) -> AppliedWrench {
         AppliedWrench { thrust, torque_body: DVec3::new(0.1, -0.2, 0.3) * thrust }

@@ -2,8 +2,8 @@
 //! delay, a first-order lag; any of them, in this order. Without any the vehicle is ideal: the command
 //! acts at once and exactly, as the theorems assume.
 
-mod delay;
-mod lag;
+pub(super) mod delay;
+pub(super) mod lag;
 mod limits;
 
 pub use limits::Limits;
@@ -69,8 +69,8 @@ impl ActuationConfig {
 #[derive(Clone, Debug)]
 pub struct Actuators {
     limits: Option<Limits>,
-    delay: Delay,
-    lag: Option<Lag>,
+    delay: Delay<AppliedWrench>,
+    lag: Option<Lag<AppliedWrench>>,
 }
 
 impl Actuators {
@@ -130,8 +130,14 @@ impl From<Wrench> for AppliedWrench {
     }
 }
 
-impl AppliedWrench {
+/// What can lag: linear combinations of it.
+pub(super) trait Combine: Copy {
     /// `a` of this and `b` of the other.
+    fn combined(self, a: f64, other: Self, b: f64) -> Self;
+}
+
+impl Combine for AppliedWrench {
+    #[inline]
     fn combined(self, a: f64, other: Self, b: f64) -> Self {
         let torque_body: DVec3 = a * self.torque_body + b * other.torque_body;
         Self { thrust: a * self.thrust + b * other.thrust, torque_body }

@@ -158,6 +158,7 @@ impl DrydenProcess {
         Disturbance {
             acceleration_world: self.drag * (wind - truth.velocity_world),
             torque_body: DVec3::ZERO,
+            wind_world: wind,
         }
     }
 }

@@ -48,6 +48,7 @@ impl GustProcess {
             self.current = Disturbance {
                 acceleration_world: self.config.acceleration * acceleration,
                 torque_body: self.config.torque * torque,
+                ..Disturbance::NONE
             };
             self.ticks_left = self.ticks_per_gust;
         }

@@ -62,6 +62,7 @@ impl DisturbanceConfig {
         Disturbance {
             acceleration_world: acceleration.with_z(0.0),
             torque_body: inside(constant.torque, integral.torque_max),
+            ..Disturbance::NONE
         }
     }
 
@@ -130,6 +131,7 @@ impl DisturbanceProcess {
             constant: config.constant.map_or_else(Disturbance::default, |constant| Disturbance {
                 acceleration_world: constant.acceleration,
                 torque_body: constant.torque,
+                ..Disturbance::NONE
             }),
             noise: config.noise.map(|noise| NoiseProcess::new(&noise, stream(seed, 0))),
             sinusoid: config.sinusoid.map(|wave| SinusoidProcess::new(&wave, step_period)),
@@ -144,24 +146,27 @@ impl DisturbanceSource for DisturbanceProcess {
     fn advance(&mut self, truth: &PlantState) -> Disturbance {
         let mut sum = self.constant;
         if let Some(noise) = &mut self.noise {
-            sum += noise.advance();
+            sum.push(noise.advance());
         }
         if let Some(sinusoid) = &mut self.sinusoid {
-            sum += sinusoid.advance();
+            sum.push(sinusoid.advance());
         }
         if let Some(gust) = &mut self.gust {
-            sum += gust.advance();
+            sum.push(gust.advance());
         }
         if let Some(dryden) = &mut self.dryden {
-            sum += dryden.advance(truth);
+            let wind = dryden.advance(truth);
+            sum.push(wind);
+            sum.wind_world = wind.wind_world;
         }
         sum
     }
 }
 
-impl core::ops::AddAssign for Disturbance {
+impl Disturbance {
+    /// Adds acceleration and torque of another, in the same air.
     #[inline]
-    fn add_assign(&mut self, other: Self) {
+    pub(super) fn push(&mut self, other: Self) {
         self.acceleration_world += other.acceleration_world;
         self.torque_body += other.torque_body;
     }

@@ -36,6 +36,7 @@ impl NoiseProcess {
         Disturbance {
             acceleration_world: self.config.acceleration * acceleration,
             torque_body: self.config.torque * torque,
+            ..Disturbance::NONE
         }
     }
 }

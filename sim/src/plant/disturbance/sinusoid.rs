@@ -40,6 +40,7 @@ impl SinusoidProcess {
         Disturbance {
             acceleration_world: self.config.acceleration * sine,
             torque_body: self.config.torque * sine,
+            ..Disturbance::NONE
         }
     }
 }
