@@ -115,11 +115,15 @@ impl GroundStation {
         place.write(Self { decoder, protocol, silent: 0, stored, told: 0 })
     }
 
-    /// Takes a key that has been stored, tells the clock of signatures, and asks to store a later time before it comes
-    /// to the stored one. Once per release.
+    /// Takes signatures that have been stored and tells their clock; what is to be stored before the clock comes to the
+    /// stored time. Once per release; needs no lock.
     #[inline(never)]
-    pub fn keep_time(&mut self, session: &mut HostSession<'_>, status: ControlStatus) {
-        if let Some(SigningChange { stored, timestamp }) = session.take_signing() {
+    pub fn keep_time(
+        &mut self,
+        change: Option<SigningChange>,
+        status: ControlStatus,
+    ) -> Option<StoredSigning> {
+        if let Some(SigningChange { stored, timestamp }) = change {
             self.stored = stored.map_or(0, |signing| signing.timestamp);
             if let Some(timestamp) = timestamp {
                 let key = stored.and_then(|signing| SigningKey::new(signing.key));
@@ -127,12 +131,11 @@ impl GroundStation {
             }
         }
         let passed = status.uptime.wrapping_sub(core::mem::replace(&mut self.told, status.uptime));
-        let Some(key) = self.protocol.signing_key() else { return };
+        let key = self.protocol.signing_key()?;
         let now = self.protocol.signing_time().saturating_add(u64::from(passed) * TICK_TIME);
         self.protocol.follow_clock(now);
-        if now.saturating_add(NEAR) > self.stored {
-            session.keep_signing_time(StoredSigning::ahead(key.to_bytes(), now), status);
-        }
+        let near = now.saturating_add(NEAR) > self.stored;
+        near.then(|| StoredSigning::ahead(key.to_bytes(), now))
     }
 
     /// Takes the next byte; the packet that it completes, if any.

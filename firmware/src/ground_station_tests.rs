@@ -280,7 +280,7 @@ fn with_a_stored_key_everything_is_signed_from_its_time_on_and_what_is_not_signe
     let mut shared = Shared::with(Some(&StartedSigning { from, stored: from.timestamp + AHEAD }));
     shared.tick();
     shared.status.uptime += 1000;
-    shared.station.keep_time(&mut shared.session, shared.status);
+    assert_eq!(shared.station.keep_time(None, shared.status), None);
     assert_eq!(shared.station(400, 1.0), None, "not signed");
     assert_eq!(shared.tick().1, None);
     let frames = shared.frames();
@@ -300,7 +300,10 @@ fn a_later_time_is_stored_before_the_stored_one_is_near_and_only_on_the_ground()
     let passes = |shared: &mut Shared, seconds: u32, mode| {
         shared.status.uptime += seconds * 1000;
         shared.status.mode = mode;
-        shared.station.keep_time(&mut shared.session, shared.status);
+        let change = shared.session.take_signing();
+        if let Some(later) = shared.station.keep_time(change, shared.status) {
+            shared.session.keep_signing_time(later, shared.status);
+        }
         shared.session.next_to_store()
     };
     assert_eq!(passes(&mut shared, 1700, Mode::Disarmed), None);

@@ -474,8 +474,7 @@ mod app {
             cx.local.events.log(status, &report, late);
             health.lock(|health| *health = Some(report));
             if let Some(change) = session.lock(|session| session.next_to_store()) {
-                let before = cx.local.store.newest();
-                let result = cx.local.store.append(&change.apply(before.as_deref()));
+                let result = change.store(&mut cx.local.store);
                 session.lock(|session| session.stored(result));
             }
             ticks.lock(|ticks| ticks.finish_housekeeping(now()))
@@ -506,7 +505,10 @@ mod app {
         let mut outbox = cx.shared.outbox;
         let mavlink::LocalResources { station, mavlink_out, mavlink_transmitter, .. } = cx.local;
         let (status, view) = outbox.lock(|outbox| (outbox.status, outbox.view));
-        session.lock(|session| station.keep_time(session, status));
+        let change = session.lock(|session| session.take_signing());
+        if let Some(later) = station.keep_time(change, status) {
+            session.lock(|session| session.keep_signing_time(later, status));
+        }
         // wcet: at most 384 iterations
         for taken in 0..BYTES_PER_RELEASE {
             let packet = match mavlink_out.dequeue() {

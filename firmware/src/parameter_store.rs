@@ -32,7 +32,7 @@ const CHUNK: usize = 32;
 pub const PAYLOAD_MAX: usize = SLOT - HEADER - CHECKSUM;
 
 /// The last character is the version of the format.
-const RECORD_MARK: [u8; 4] = *b"GYR2";
+const RECORD_MARK: [u8; 4] = *b"GYR3";
 const SECTOR_MARK: [u8; 4] = *b"GYS2";
 const ERASED: u8 = 0xFF;
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);

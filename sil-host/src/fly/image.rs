@@ -16,6 +16,7 @@ use ctrl_core::vehicle::VehicleState;
 use link::{Downlink, Guidance, Secret, Telemetry, Uplink};
 use mavlink_vehicle::SigningKey;
 use sim::evaluation::Evaluation;
+use sim::plant::vehicle::Plant;
 use sim::scenario::LoadedScenario;
 use sim::tick::Tick;
 
@@ -191,6 +192,7 @@ impl Bench {
             estimates: Estimates::NONE,
             auxiliary: Auxiliary::REST,
             lasting: LastingEstimates::default(),
+            battery: self.plant.grounded().battery(),
             disturbance,
             evaluation: Evaluation::default(),
         };

@@ -78,7 +78,7 @@ impl FlownPlant {
 
     /// The battery, if the scenario has one.
     pub fn battery(&self) -> Option<Battery> {
-        self.grounded.vehicle().battery().map(|state| Battery {
+        self.grounded.battery().map(|state| Battery {
             voltage: state.voltage as f32,
             current: state.current as f32,
             remaining: state.charge as f32,

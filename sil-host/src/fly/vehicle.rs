@@ -24,6 +24,7 @@ use mavlink_vehicle::{Battery, View};
 use sim::evaluation::Evaluation;
 use sim::plant::ground::GroundedVehicle;
 use sim::plant::rotors::RotorsConfig;
+use sim::plant::vehicle::Plant;
 use sim::plant::{AppliedWrench, Disturbance, PlantState};
 use sim::scenario::Scenario;
 use sim::tick::Tick;
@@ -168,6 +169,7 @@ impl<'m> FlownVehicle<'m> {
             estimates: Estimates::NONE,
             auxiliary: Auxiliary::REST,
             lasting: LastingEstimates::default(),
+            battery: self.plant.grounded().battery(),
             disturbance,
             evaluation: Evaluation::default(),
         };

@@ -48,6 +48,8 @@ pub struct Description {
     pub bounds: WrenchBounds,
     /// The rotors that the log allocates the command to: those of the firmware's vehicle.
     pub geometry: Option<RotorGeometry>,
+    /// The plant has a battery.
+    pub battery: bool,
     /// The reference from start to end, at [`PATH`] instants or, in a short flight, at every tick.
     pub path: Vec<Reference>,
 }
@@ -72,6 +74,7 @@ impl Description {
             step_period: scenario.controller.step_period().into(),
             bounds: loaded.flight()?.controller().bounds(),
             geometry: Some(VEHICLE.geometry.clone()),
+            battery: scenario.rotors.as_ref().is_some_and(|rotors| rotors.battery.is_some()),
             path: path(scenario).map_err(|error| loaded.refusal(&error))?,
         })
     }
