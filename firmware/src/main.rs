@@ -474,7 +474,7 @@ mod app {
             cx.local.events.log(status, &report, late);
             health.lock(|health| *health = Some(report));
             if let Some(change) = session.lock(|session| session.next_to_store()) {
-                let result = change.store(&mut cx.local.store);
+                let result = change.store(cx.local.store);
                 session.lock(|session| session.stored(result));
             }
             ticks.lock(|ticks| ticks.finish_housekeeping(now()))

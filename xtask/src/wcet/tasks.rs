@@ -28,7 +28,7 @@ pub const GROUND_ONLY: &[(&str, &str)] = &[
     ("HostSession>::accept_built_in_trajectory", "parameters are stored while disarmed"),
     ("ParameterStore<F>::append", "as above"),
     ("ParameterStore<F>::newest", "as above"),
-    ("stored_signing::Change>::store", "as above"),
+    ("stored_signing::Change::store", "as above"),
     ("HostSession>::next_to_store", "as above"),
     (
         "OnboardNavigation::step",
