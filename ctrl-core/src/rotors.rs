@@ -57,9 +57,11 @@ pub(crate) struct RotorLag {
 pub(crate) struct Commanded {
     /// Torque to be commanded (N m).
     pub torque: Vec3,
+    /// Torque that the rotors settle to under it: `torque`, unless their limits make less of it (N m).
+    pub made: Vec3,
     /// Mean of the torque that acts over the step (N m).
     pub acting: Vec3,
-    /// `true` if the clip acted.
+    /// `true` if the clip acted, or the limits of the rotors.
     pub saturated: bool,
 }
 
@@ -91,8 +93,14 @@ impl RotorLag {
     pub fn command(&self, demand: Vec3, limit: Vec3, now: Vec3) -> Commanded {
         let wanted = now + self.lead * (demand - now);
         let torque = clip(wanted, limit);
-        let acting = torque + self.kept_in_the_mean * (now - torque);
-        Commanded { torque, acting, saturated: torque != wanted }
+        let acting = self.mean(now, torque);
+        Commanded { torque, made: torque, acting, saturated: torque != wanted }
+    }
+
+    /// Mean over a step of the torque that acts, from `now` on towards `command` (N m).
+    #[inline(always)]
+    pub fn mean(&self, now: Vec3, command: Vec3) -> Vec3 {
+        command + self.kept_in_the_mean * (now - command)
     }
 
     /// Torque that acts one step after `now` (N m), while `command` is held.

@@ -12,7 +12,8 @@
 //! Pi_hat'    = Proj[-1, 1]( gamma3 B w_e )                                    (52)
 //! ```
 //! With integral action, the bracket of (50) less `s_hat`, `s_hat' = Proj[-D_t/J_lo, D_t/J_lo]( gamma_t w_e )`.
-//! With a model of the rotors ([`crate::rotors`]) (38), (39) and (51) take the torque that it says acts.
+//! With a model of the rotors ([`crate::rotors`]) (38), (39) and (51) take the torque that it says acts, and in
+//! [`step_limited`](AdaptiveController::step_limited) what an allocation makes of the command.
 //! The auxiliary system with `q_a` and `w_a`, (38) to (41), is in `auxiliary.rs`.
 
 use glam::{Quat, Vec3};
@@ -33,7 +34,7 @@ use crate::rotation::vector_part;
 use crate::rotors::{Commanded, RotorLag};
 use crate::saturation::{clip_seen, smooth_sign_value};
 use crate::sqrt::sqrt;
-use crate::vehicle::{VectorInterval, VehicleState, WrenchBounds};
+use crate::vehicle::{VectorInterval, VehicleState, Wrench, WrenchBounds};
 
 /// Controller 2, validated. Every wrench keeps (7) and (8).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,6 +69,8 @@ struct Law {
     rate_error: Vec3,
     torque_demand: Vec3,
     torque: Vec3,
+    /// Torque that the rotors settle to under it.
+    made: Vec3,
     /// Mean of the torque that acts over the step: `torque` without a model of the rotors.
     acting: Vec3,
     saturated: bool,
@@ -194,9 +197,15 @@ impl Saturated {
         })
     }
 
-    /// Step 4 at body rate `w`.
+    /// Step 4 at body rate `w`; `made` is what the rotors make of a command.
     #[inline(always)]
-    fn law(&self, state: &SaturatedState, evaluation: &Evaluation, w: Vec3) -> Law {
+    fn law(
+        &self,
+        state: &SaturatedState,
+        evaluation: &Evaluation,
+        w: Vec3,
+        made: Option<impl FnOnce(&Wrench) -> Vec3>,
+    ) -> Law {
         let Self { cascade, config, .. } = self;
         let without_auxiliary = w - evaluation.virtual_rate.mu;
         let rate_error = match state.auxiliary {
@@ -218,17 +227,22 @@ impl Saturated {
             lasting_rate = integral.rate(s_hat, rate_error);
         }
         let torque_demand = demand / theta; // (50)
-        let Commanded { torque, acting, saturated } = match &self.rotors {
+        let commanded = match &self.rotors {
             Some(rotors) => rotors.command(torque_demand, config.torque_max, state.acting_torque),
             None => {
                 let (torque, saturated) = clip_seen(torque_demand, config.torque_max); // (37)
-                Commanded { torque, acting: torque, saturated }
+                Commanded { torque, made: torque, acting: torque, saturated }
             }
+        };
+        let Commanded { torque, made, acting, saturated } = match made {
+            Some(made) => self.limited(state, evaluation, commanded, made),
+            None => commanded,
         };
         Law {
             rate_error,
             torque_demand,
             torque,
+            made,
             acting,
             saturated,
             theta,
@@ -236,6 +250,26 @@ impl Saturated {
             gyroscopic_ratio_rate: config.gamma3 * products * rate_error, // (52)
             lasting_rate,
         }
+    }
+
+    /// `commanded` with what the rotors make of it as the torque that acts in (39) and (51).
+    #[inline(always)]
+    fn limited(
+        &self,
+        state: &SaturatedState,
+        evaluation: &Evaluation,
+        commanded: Commanded,
+        made: impl FnOnce(&Wrench) -> Vec3,
+    ) -> Commanded {
+        let torque_body = commanded.torque;
+        let made = made(&Wrench { thrust: self.cascade.thrust(evaluation), torque_body });
+        let made = if made.is_finite() { made } else { torque_body };
+        let acting = match &self.rotors {
+            Some(rotors) => rotors.mean(state.acting_torque, made),
+            None => made,
+        };
+        let saturated = commanded.saturated | (made != torque_body);
+        Commanded { made, acting, saturated, ..commanded }
     }
 
     /// Advances the memory; called only when every number is finite.
@@ -246,7 +280,7 @@ impl Saturated {
         status.set(StepStatus::TORQUE_SATURATED, law.saturated);
         let mut driven = law.saturated;
         if let Some(rotors) = &self.rotors {
-            state.acting_torque = rotors.after(state.acting_torque, law.torque);
+            state.acting_torque = rotors.after(state.acting_torque, law.made);
             driven = true;
         }
         let (lower, upper) = (self.inverse_inertia_min, self.inverse_inertia_max);
@@ -317,13 +351,15 @@ impl TrackingController for Saturated {
     }
 }
 
-impl AdaptiveController for Saturated {
-    #[inline]
-    fn step_observed(
+impl Saturated {
+    /// One step; `made` is what the rotors make of a command.
+    #[inline(always)]
+    fn stepped(
         &self,
         state: &mut SaturatedState,
         vehicle: &VehicleState,
         reference: &Reference,
+        made: Option<impl FnOnce(&Wrench) -> Vec3>,
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput {
         let mut clipped = None;
@@ -332,7 +368,7 @@ impl AdaptiveController for Saturated {
         };
         let auxiliary = state.auxiliary.as_ref().map(|at| (at, self.config.k5));
         let evaluation = self.cascade.evaluate(&state.cascade, &input, vehicle, auxiliary);
-        let law = self.law(state, &evaluation, vehicle.rate_body);
+        let law = self.law(state, &evaluation, vehicle.rate_body, made);
         let rates = law.inverse_inertia_rate + law.gyroscopic_ratio_rate;
         let sum = (law.torque_demand + rates).element_sum();
         if !evaluation.is_usable(law.rate_error, sum) {
@@ -354,6 +390,31 @@ impl AdaptiveController for Saturated {
             ..evaluation.intermediates(&self.cascade, &state.cascade)
         });
         self.commit(state, &evaluation, &law)
+    }
+}
+
+impl AdaptiveController for Saturated {
+    #[inline]
+    fn step_observed(
+        &self,
+        state: &mut SaturatedState,
+        vehicle: &VehicleState,
+        reference: &Reference,
+        observe: impl FnOnce(&Intermediates),
+    ) -> StepOutput {
+        self.stepped(state, vehicle, reference, None::<fn(&Wrench) -> Vec3>, observe)
+    }
+
+    #[inline]
+    fn step_limited(
+        &self,
+        state: &mut SaturatedState,
+        vehicle: &VehicleState,
+        reference: &Reference,
+        made: impl FnOnce(&Wrench) -> Vec3,
+        observe: impl FnOnce(&Intermediates),
+    ) -> StepOutput {
+        self.stepped(state, vehicle, reference, Some(made), observe)
     }
 
     fn reference_acceleration_max(&self) -> f32 {

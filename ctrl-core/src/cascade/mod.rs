@@ -182,14 +182,18 @@ impl Cascade {
                 status |= StepStatus::LASTING_PROJECTED;
             }
         }
-        // Rounding alone can take |alpha| past (19) or (20).
-        let WrenchBounds { thrust_min, thrust_max, .. } = self.bounds;
-        let thrust = clip_between(evaluation.force.thrust, thrust_min, thrust_max);
-        state.wrench = Wrench { thrust, torque_body };
+        state.wrench = Wrench { thrust: self.thrust(evaluation), torque_body };
         state.attitude_error = evaluation.attitude_error;
         state.lateral = evaluation.desired.lateral;
         self.decay(state);
         StepOutput { wrench: state.wrench, torque_demand_body, status }
+    }
+
+    /// Thrust to be commanded (N). Rounding alone can take |alpha| past (19) or (20).
+    #[inline(always)]
+    pub fn thrust(&self, evaluation: &Evaluation) -> f32 {
+        let WrenchBounds { thrust_min, thrust_max, .. } = self.bounds;
+        clip_between(evaluation.force.thrust, thrust_min, thrust_max)
     }
 
     /// Advances the torque's estimate by a step at `rate`.

@@ -1,6 +1,6 @@
 //! A controller of any kind, chosen at run time.
 
-use glam::Quat;
+use glam::{Quat, Vec3};
 
 use super::{
     AdaptiveController, Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput,
@@ -63,7 +63,7 @@ impl AnyController {
     #[inline(never)]
     fn begin_anew(&self, state: &mut AnyControllerState) -> StepOutput {
         *state = self.initial_state();
-        let wrench = Wrench { thrust: self.bounds().thrust_min, torque_body: glam::Vec3::ZERO };
+        let wrench = Wrench { thrust: self.bounds().thrust_min, torque_body: Vec3::ZERO };
         StepOutput { status: StepStatus::OUTPUT_HELD, ..StepOutput::from(wrench) }
     }
 }
@@ -109,6 +109,22 @@ impl AdaptiveController for AnyController {
         with_state!(
             self, &mut *state, controller, own =>
             controller.step_observed(own, vehicle, reference, observe),
+            self.begin_anew(state)
+        )
+    }
+
+    #[inline]
+    fn step_limited(
+        &self,
+        state: &mut AnyControllerState,
+        vehicle: &VehicleState,
+        reference: &Reference,
+        made: impl FnOnce(&Wrench) -> Vec3,
+        observe: impl FnOnce(&Intermediates),
+    ) -> StepOutput {
+        with_state!(
+            self, &mut *state, controller, own =>
+            controller.step_limited(own, vehicle, reference, made, observe),
             self.begin_anew(state)
         )
     }

@@ -37,7 +37,7 @@ bitflags::bitflags! {
         const REFERENCE_CLIPPED = 1 << 5;
         /// Thrust command and heading were nearly parallel; the last lateral axis was held.
         const HEADING_HELD = 1 << 6;
-        /// A component of the demanded torque exceeded `M_tau` (37).
+        /// A component of the demanded torque exceeded `M_tau` (37), or what the rotors make of it.
         const TORQUE_SATURATED = 1 << 7;
         /// The mass estimate is on the border of its set (14).
         const MASS_PROJECTED = 1 << 8;
@@ -151,7 +151,7 @@ pub struct Intermediates {
     /// `tau` (34), (37) (N m).
     pub torque_body: Vec3,
     /// Torque that the law takes to act on the vehicle, the mean over the step (N m): `torque_body` without a
-    /// model of the rotors.
+    /// model of the rotors and their limits.
     pub acting_torque_body: Vec3,
     /// `beta'` (14) (1/(kg s)).
     pub inverse_mass_rate: f32,
@@ -212,6 +212,22 @@ pub trait AdaptiveController: TrackingController {
         reference: &Reference,
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput;
+
+    /// As [`step_observed`](Self::step_observed), with `made` in place of the commanded torque as the one that acts:
+    /// controller 2's auxiliary system (39) and adaptation (51) then take what the rotors make of the command, for example
+    /// an [allocation's](crate::allocation) `achieved`. `made` is asked once, for the command of this step (N m); what is
+    /// not finite counts as the command. Controller 1, which no torque saturates, does not ask.
+    fn step_limited(
+        &self,
+        state: &mut Self::State,
+        vehicle: &VehicleState,
+        reference: &Reference,
+        made: impl FnOnce(&Wrench) -> Vec3,
+        observe: impl FnOnce(&Intermediates),
+    ) -> StepOutput {
+        let _ = made;
+        self.step_observed(state, vehicle, reference, observe)
+    }
 
     /// `M_p`: bound of each component of the reference acceleration (m/s^2).
     fn reference_acceleration_max(&self) -> f32;

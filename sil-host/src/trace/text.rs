@@ -182,7 +182,8 @@ fn twins() -> [usize; SINGLES] {
     let names = single_columns();
     core::array::from_fn(|column| {
         let name = &names[column];
-        let original = match (name.strip_prefix("applied_"), name.strip_prefix("torque_")) {
+        let acting = name.strip_prefix("applied_").or(name.strip_prefix("modelled_"));
+        let original = match (acting, name.strip_prefix("torque_")) {
             (Some(commanded), _) => commanded.to_owned(),
             (None, Some(axis)) => format!("torque_demand_{axis}"),
             (None, None) => return column,
@@ -258,6 +259,9 @@ mod tests {
             ("applied_torque_x", "torque_x"),
             ("applied_torque_y", "torque_y"),
             ("applied_torque_z", "torque_z"),
+            ("modelled_torque_x", "torque_x"),
+            ("modelled_torque_y", "torque_y"),
+            ("modelled_torque_z", "torque_z"),
         ];
         assert_eq!(pairs, expected);
     }

@@ -68,6 +68,9 @@ quantities! {
         Single(|t| t.applied.thrust as f32);
     APPLIED_TORQUE: "applied_torque", "applied_torque", "N m", "likewise, body",
         Vector(|t| vector(t.applied.torque_body));
+    MODELLED_TORQUE: "modelled_torque", "modelled_torque", "N m",
+        "what acts as the law takes it, body: the command, unless it has a model of the rotors; zero without a law of the paper",
+        Vector(|t| t.intermediates.acting_torque_body);
 
     DISTURBANCE_ACCELERATION: "disturbance_acceleration", "acceleration", "m/s^2", "`d1`, world",
         Vector(|t| vector(t.disturbance.acceleration_world));

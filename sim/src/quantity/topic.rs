@@ -39,7 +39,14 @@ pub const TOPICS: &[Topic] = &[
     Topic {
         name: "wrench",
         meaning: "the command, held until the next tick",
-        quantities: &[THRUST, TORQUE_DEMAND, TORQUE, APPLIED_THRUST, APPLIED_TORQUE],
+        quantities: &[
+            THRUST,
+            TORQUE_DEMAND,
+            TORQUE,
+            APPLIED_THRUST,
+            APPLIED_TORQUE,
+            MODELLED_TORQUE,
+        ],
     },
     Topic {
         name: "disturbance",

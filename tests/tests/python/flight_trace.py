@@ -22,6 +22,7 @@ FIELDS = {
         "torque": "torque",
         "applied_thrust": "applied_thrust",
         "applied_torque": "applied_torque",
+        "modelled_torque": "modelled_torque",
     },
     "estimates": {
         "mass": "mass_estimate",
