@@ -16,7 +16,7 @@
 //! 3. the thrust is moved by as little as makes room for both;
 //! 4. yaw torque is what is nearest to its command then.
 //!
-//! A rotor that has failed is [left out](Allocator::without), a supply voltage other than the nominal one
+//! A rotor that fails in flight is [lost](Allocator::lose), one that has failed before [left out](Allocator::without), a supply voltage other than the nominal one
 //! [scales the limits](Allocator::allocate_at), and [`ThrustCurve`] turns a thrust into a throttle.
 
 mod attainable;
@@ -169,7 +169,8 @@ impl<const SLABS: usize> SizedAllocator<SLABS> {
     /// their places; a vehicle whose yaw is no longer in balance gives it up where roll, pitch and thrust
     /// need that.
     ///
-    /// It takes some ten thousand instructions: prepare it outside the control tick.
+    /// It takes some hundred thousand instructions: for a start, not for a control tick. In flight a rotor is
+    /// [lost](Self::lose).
     ///
     /// # Errors
     /// As [`new`](Self::new), and when the rotors that are left cannot tilt the vehicle both ways about
@@ -201,12 +202,68 @@ impl<const SLABS: usize> SizedAllocator<SLABS> {
         let left = new.attainable.fill(&new.channels);
         let needed = SLABS as f32 + f32::from(left);
         require("rotors (facets)", needed, Bound::AtMost(SLABS as f32), "slabs(n) for n rotors")?;
+        new.require_tilt()?;
+        Ok(new)
+    }
+
+    /// Allocates to the other rotors from now on, in a bounded time and in place: the rotor at `index` gives
+    /// nothing any more. It is [`without`](Self::without), to rounding; a rotor that was lost before stays lost.
+    ///
+    /// # Errors
+    /// When there is no such rotor, or the rotors that are left are too few, not independent, or cannot tilt the vehicle both
+    /// ways about each axis. Nothing has changed then.
+    #[inline(never)]
+    pub fn lose(&mut self, index: usize) -> Result<(), ConfigError> {
+        let (channels, inverse) = (self.channels, self.inverse_gram);
+        let result = self.replan_without(index);
+        if result.is_err() {
+            (self.channels, self.inverse_gram) = (channels, inverse);
+            self.attainable.follow(&self.channels);
+        }
+        result
+    }
+
+    fn replan_without(&mut self, index: usize) -> Result<(), ConfigError> {
+        let places = Bound::AtMost(self.channels.len() as f32 - 1.0);
+        require("rotors (place)", index as f32, places, "from 0, in the order of the outputs")?;
+        let Some(lost) = self.channels.get_mut(index).map(core::mem::take) else { return Ok(()) };
+        if lost == Channel::default() {
+            return Ok(());
+        }
+        let left = self.channels.iter().filter(|channel| channel.column != Vec4::ZERO).count();
+        let enough = Bound::Inside(4.0, MAX_ROTORS as f32);
+        require("rotors (count)", left as f32, enough, "four axes; capacity")?;
+        let mut gram = Mat4::ZERO;
+        // wcet: at most MAX_ROTORS iterations
+        for Channel { column: v, .. } in &self.channels {
+            gram += outer(*v, *v);
+        }
+        let mean = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z + gram.w_axis.w) * 0.25;
+        let independence = gram.determinant() / (mean * mean * mean * mean);
+        let bound = Bound::AtLeast(INDEPENDENCE_MIN);
+        require("rotors (independence)", independence, bound, "thrust and three torques")?;
+        // (G - v v^T)^-1 after Sherman and Morrison, and a Newton step against what that rounds off.
+        let (before, v) = (self.inverse_gram, lost.column);
+        let along = before * v;
+        let inverse = before + outer(along, along) * (1.0 / (1.0 - v.dot(along)));
+        self.inverse_gram = inverse * (Mat4::from_diagonal(Vec4::splat(2.0)) - gram * inverse);
+        // wcet: at most MAX_ROTORS iterations
+        for channel in &mut self.channels {
+            channel.share = self.inverse_gram * channel.column / self.scale;
+        }
+        self.attainable.follow(&self.channels);
+        self.require_tilt()
+    }
+
+    /// Roll and pitch torque both ways.
+    fn require_tilt(&self) -> Result<(), ConfigError> {
+        // wcet: at most 2 iterations
         for axis in [Vec4::Y, Vec4::Z] {
-            let Interval { lower, upper } = reach(new.attainable.tilt(), Vec4::ZERO, axis);
-            let way = upper.min(-lower);
+            let Interval { lower, upper } = reach(self.attainable.tilt(), Vec4::ZERO, axis);
+            let way = if upper < -lower { upper } else { -lower };
             require("rotors (tilt torque)", way, Bound::Positive, "both ways about each axis")?;
         }
-        Ok(new)
+        Ok(())
     }
 
     /// The rotor thrusts for `wrench`, each inside its limits, with what the limits took from it.
@@ -358,6 +415,11 @@ impl Interval {
             lower // NaN, too
         }
     }
+}
+
+/// `a b^T`.
+fn outer(a: Vec4, b: Vec4) -> Mat4 {
+    Mat4::from_cols(a * b.x, a * b.y, a * b.z, a * b.w)
 }
 
 /// The largest entry of each row of `B`, or 1 for a row of zeros.

@@ -189,9 +189,12 @@ impl FlightControl {
         Ok(())
     }
 
-    /// Allocates to other rotors from the next tick on: those that are left when one has failed.
-    pub fn replace_allocator(&mut self, allocator: &SizedAllocator<{ slabs(ROTORS) }>) {
-        self.allocator = allocator.clone();
+    /// Allocates to the other rotors from the next tick on: the one at `index` has failed.
+    ///
+    /// # Errors
+    /// When the vehicle cannot fly without it, as no quadrotor can; nothing is then changed.
+    pub fn lose_rotor(&mut self, index: usize) -> Result<(), ConfigError> {
+        self.allocator.lose(index)
     }
 
     /// Replaces the law from the next start; in flight it is ignored.

@@ -280,3 +280,10 @@ fn the_limits_of_the_rotors_follow_the_battery() {
     let short = achieved.torque_body - outputs.wrench.torque_body;
     assert!(short.truncate().length() < 1e-6, "{outputs:?}");
 }
+
+#[test]
+fn a_quadrotor_refuses_to_fly_without_a_rotor_and_flies_on_as_it_was() {
+    let (mut flight, mut other) = (flying(), flying());
+    assert_eq!(flight.lose_rotor(1).unwrap_err().parameter, "rotors (count)");
+    assert_eq!(flight.tick(&inputs()), other.tick(&inputs()));
+}

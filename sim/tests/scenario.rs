@@ -253,3 +253,11 @@ fn violated_assumptions_are_reported() {
     let broken = changed("vehicle.mass=1.1").broken_assumptions();
     assert_eq!(broken, ["true mass 1.1 kg is outside [0.7, 1] kg"]);
 }
+
+#[test]
+fn a_gain_of_the_integral_action_without_a_bound_is_named() {
+    let change = "controller.saturated.integral.torque_max=0".to_owned();
+    let error = LoadedScenario::open("steady-wind", &[change]).expect_err("refused").to_string();
+    let end = "controller.saturated.integral.gamma_t: 0.5 must be 0 while torque_max is 0";
+    assert!(error.ends_with(end), "{error}");
+}

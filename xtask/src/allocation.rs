@@ -6,7 +6,9 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use ctrl_core::allocation::Allocator;
-use step_record::allocation::{AllocationAnswer, EACH, VEHICLES, commands, geometry};
+use step_record::allocation::{
+    AllocationAnswer, EACH, LOSSES, VEHICLES, command_after_loss, commands, geometry,
+};
 use step_record::{Closing, Record};
 
 use crate::step_image::{StepImage, read_words};
@@ -15,6 +17,8 @@ use crate::step_image::{StepImage, read_words};
 pub const IMAGE: &str = "allocation";
 /// The measured function.
 pub const FUNCTION: &str = "allocation_allocate";
+/// The function that takes a rotor out in flight.
+pub const LOSE: &str = "allocation_lose";
 const FOLDER: &str = "target/step-samples/allocation";
 const NAMES: [&str; VEHICLES] = ["quadrotor", "hexarotor", "octorotor"];
 
@@ -22,6 +26,8 @@ const NAMES: [&str; VEHICLES] = ["quadrotor", "hexarotor", "octorotor"];
 pub struct Cost {
     /// Mean near hover, mean and most beyond the limits, of each vehicle.
     vehicles: Vec<(f64, f64, u64)>,
+    /// Most for the loss of a rotor.
+    lose: u64,
     /// Bytes of an allocator.
     ram: u64,
     /// Worst-case stack, from the call graph (B).
@@ -37,14 +43,19 @@ impl Cost {
         std::fs::create_dir_all(folder).context(FOLDER)?;
         let image = StepImage::open_at(IMAGE, FUNCTION)?;
         let counts = image.count(folder)?;
-        ensure!(counts.len() == 2 * EACH * VEHICLES, "{} allocations counted", counts.len());
+        let allocations = 2 * EACH * VEHICLES;
+        let all = allocations + LOSSES.len();
+        ensure!(counts.len() == all, "{} allocations counted", counts.len());
+        let losses = StepImage::open_at(IMAGE, LOSE)?.count(folder)?;
+        ensure!(losses.len() == LOSSES.len(), "{} losses counted", losses.len());
         let mean = |counts: &[u64]| counts.iter().sum::<u64>() as f64 / counts.len() as f64;
-        let vehicles = counts.chunks_exact(2 * EACH).map(|counts| {
+        let vehicles = counts[..allocations].chunks_exact(2 * EACH).map(|counts| {
             let (near, beyond) = counts.split_at(EACH);
             (mean(near), mean(beyond), beyond.iter().copied().max().unwrap_or(0))
         });
         Ok(Self {
             vehicles: vehicles.collect(),
+            lose: losses.into_iter().max().unwrap_or(0),
             ram: u64::from(agrees_with_host(folder)?.controller_size),
             stack: image.graph.stack(&image.image)?.bytes,
             flash: image.graph.code_size(),
@@ -59,6 +70,7 @@ impl Cost {
             ("quadrotor_instructions_max", "", quad.2 as f64),
             ("octorotor_instructions_mean", "", octo.0),
             ("octorotor_instructions_max", "", octo.2 as f64),
+            ("lose_rotor_instructions_max", "", self.lose as f64),
             ("flash", "B", self.flash as f64),
             ("ram", "B", self.ram as f64),
             ("stack", "B", self.stack as f64),
@@ -73,6 +85,7 @@ impl Cost {
                 "{name:<28} near hover mean {near:.1}, beyond the limits mean {beyond:.1} max {most}"
             );
         }
+        println!("{:<28} at most {}", "loss of a rotor", self.lose);
         println!("RAM {} B, stack at most {} B, code {} B", self.ram, self.stack, self.flash);
     }
 }
@@ -89,6 +102,15 @@ fn agrees_with_host(folder: &Path) -> Result<Closing> {
             let found = AllocationAnswer::read(|| words.next()).context("too few answers")?;
             ensure!(found == expected, "{name} {index}: host {expected:?}, emulator {found:?}");
         }
+    }
+    for (vehicle, rotor) in LOSSES {
+        let geometry = geometry(vehicle);
+        let mut allocator = Allocator::new(&geometry)?;
+        allocator.lose(rotor)?;
+        let wrench = command_after_loss(geometry.rotors.len());
+        let expected = AllocationAnswer::new(&allocator.allocate(&wrench));
+        let found = AllocationAnswer::read(|| words.next()).context("too few answers")?;
+        ensure!(found == expected, "loss of {vehicle} {rotor}: {expected:?}, emulator {found:?}");
     }
     Closing::read(|| words.next()).context("no closing record")
 }

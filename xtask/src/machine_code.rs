@@ -92,7 +92,11 @@ pub fn check_all() -> Result<()> {
     detects_bad_code()?;
     let steps = CONTROLLERS.map(|controller| (controller, STEP));
     let estimator = estimator::FUNCTIONS.map(|function| (estimator::IMAGE, function));
-    let rootless = [(filter::IMAGE, filter::FUNCTION), (allocation::IMAGE, allocation::FUNCTION)];
+    let rootless = [
+        (filter::IMAGE, filter::FUNCTION),
+        (allocation::IMAGE, allocation::FUNCTION),
+        (allocation::IMAGE, allocation::LOSE),
+    ];
     for (name, function) in steps.into_iter().chain(estimator).chain(rootless) {
         let image = StepImage::open_at(name, function)?;
         let size = image.graph.code_size();

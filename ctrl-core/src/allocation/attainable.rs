@@ -15,6 +15,7 @@ use glam::{Mat3, Vec3, Vec4};
 
 use super::Channel;
 use crate::list::List;
+use crate::sqrt::sqrt;
 use crate::vehicle::Interval;
 
 /// Most slabs of a vehicle with `rotors` rotors, of all axes and of both projections: choices of three, of two
@@ -83,6 +84,15 @@ impl<const SLABS: usize> Attainable<SLABS> {
             }
         }
         left
+    }
+
+    /// Ranges of the same slabs for other channels, whose columns are among those of before. A zonotope without
+    /// some of its columns is within fewer slabs of them; the others only touch it.
+    pub fn follow(&mut self, channels: &[Channel]) {
+        // wcet: at most SLABS iterations
+        for slab in &mut self.slabs {
+            slab.range = range(slab.normal, channels);
+        }
     }
 
     /// Roll and pitch beside any thrust and any yaw torque.
@@ -201,16 +211,23 @@ fn add<const N: usize>(
     }
     let part = |channel: &Channel| normal.dot(channel.column);
     let largest = channels.iter().map(|channel| part(channel).abs()).fold(0.0, f32::max);
-    if largest < DEGENERATE * normal.length() {
+    if largest < DEGENERATE * sqrt(normal.length_squared()) {
         return 0;
     }
-    let (normal, mut range) = (normal / largest, Interval::default());
+    let normal = normal / largest;
     // What is zero but for rounding must not divide.
     let normal = Vec4::select(normal.abs().cmplt(Vec4::splat(PARALLEL)), Vec4::ZERO, normal);
     let known = |slab: &Slab| same(slab.normal, normal) || same(slab.normal, -normal);
     if slabs.iter().skip(start).any(known) {
         return 0;
     }
+    slabs.push(Slab { normal, range: range(normal, channels) }).is_err().into()
+}
+
+/// What the rotors make along a normal.
+fn range(normal: Vec4, channels: &[Channel]) -> Interval {
+    let mut range = Interval::default();
+    // wcet: at most MAX_ROTORS iterations
     for channel in channels {
         let part = normal.dot(channel.column);
         let (a, b) = (part * channel.limits.lower, part * channel.limits.upper);
@@ -220,7 +237,7 @@ fn add<const N: usize>(
             (range.lower, range.upper) = (range.lower + b, range.upper + a);
         }
     }
-    slabs.push(Slab { normal, range }).is_err().into()
+    range
 }
 
 fn same(a: Vec4, b: Vec4) -> bool {

@@ -162,6 +162,61 @@ fn without_a_rotor_an_alternating_hexarotor_keeps_tilt_and_thrust_and_gives_up_y
     assert!(yaw.abs() > 1e-4, "{achieved:?}");
 }
 
+/// Every pair of rotors that may be lost one after the other, of a hexarotor in pairs and an octorotor.
+fn losses() -> impl Iterator<Item = (RotorGeometry, usize, usize)> {
+    [hexarotor(), octorotor()].into_iter().flat_map(|geometry| {
+        let rotors = geometry.rotors.len();
+        (0..rotors * rotors).map(move |pair| (geometry.clone(), pair % rotors, pair / rotors))
+    })
+}
+
+#[test]
+fn a_rotor_lost_in_flight_leaves_what_is_planned_without_it() {
+    let mut refused = 0;
+    for (geometry, first, second) in losses() {
+        let mut allocator = Allocator::new(&geometry).unwrap();
+        allocator.lose(first).unwrap();
+        let failed = RotorSet::rotor(first) | RotorSet::rotor(second);
+        let before = allocator.clone();
+        match (Allocator::without(&geometry, failed), allocator.lose(second)) {
+            (Ok(planned), Ok(())) => {
+                for thrust in [4.0f32, 9.0, 14.0, 30.0] {
+                    for x in [-0.6f32, -0.1, 0.0, 0.3] {
+                        let command = wrench(thrust, x, 0.2 - x, 0.03 * x);
+                        let expected = planned.allocate(&command);
+                        let found = allocator.allocate(&command);
+                        let apart = |a: &Allocation, b: &Allocation| {
+                            let pairs = a.thrusts.iter().zip(&b.thrusts);
+                            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+                        };
+                        let apart = apart(&expected, &found);
+                        assert!(apart < 1e-3, "{first} {second} {command:?}: {apart}");
+                        assert_close(&found.achieved, &expected.achieved);
+                        assert_eq!(found.thrusts[first], 0.0);
+                        assert_eq!(found.thrusts[second], 0.0);
+                    }
+                }
+            }
+            (Err(planned), Err(lost)) => {
+                assert_eq!(lost.parameter, planned.parameter, "{first} {second}");
+                assert!(allocator == before, "a refusal changes nothing");
+                refused += 1;
+            }
+            (planned, lost) => panic!("{first} {second}: {planned:?} {lost:?}"),
+        }
+    }
+    assert!(refused > 0);
+}
+
+#[test]
+fn a_quadrotor_cannot_lose_a_rotor_and_no_vehicle_one_that_it_has_not() {
+    let mut quad = quad_x();
+    assert_eq!(quad.lose(2).unwrap_err().parameter, "rotors (count)");
+    assert_eq!(quad.lose(4).unwrap_err().parameter, "rotors (place)");
+    assert_eq!(quad.lose(usize::MAX).unwrap_err().parameter, "rotors (place)");
+    assert!(quad == quad_x());
+}
+
 #[test]
 fn a_small_allocator_gives_the_same_bits() {
     let small =

@@ -110,7 +110,8 @@ impl Integral {
         judge: &mut impl Judge,
     ) -> Result<Self, ConfigError> {
         let IntegralAction { acceleration_max, gamma_d, torque_max, gamma_t } = *config;
-        let gain = |bound: f32| if bound > 0.0 { Positive } else { Inside(0.0, 0.0) };
+        // A gain without a bound does nothing: so both can be written one after the other.
+        let gain = |bound: f32| if bound > 0.0 { Positive } else { NotNegative };
         let name = "integral.acceleration_max";
         judge.require(name, acceleration_max, NotNegative, "D_c")?;
         let set = gain(acceleration_max);

@@ -1,5 +1,6 @@
 //! Checks beyond the types of fields: ranges of the fields of the simulation, and the theorems' assumptions.
 
+use ctrl_core::controller::ControllerConfig;
 use ctrl_core::vehicle::Interval;
 use glam::{DVec3, Vec3};
 
@@ -30,6 +31,7 @@ pub(super) fn first_fault(scenario: &Scenario) -> Option<(&'static str, String)>
         .map(|check| (check.path, format!("{} must be {}", check.value, check.bound)))
         .or_else(|| faulty_state_feedback(scenario))
         .or_else(|| faulty_rotors(scenario))
+        .or_else(|| idle_integral_gain(scenario))
         .or_else(|| first_infinite_vector(scenario).map(|path| (path, "must be finite".to_owned())))
         .or_else(|| super::check_name(&scenario.name).err().map(|message| ("name", message)))
         .or_else(|| impossible_inertia(scenario).map(|message| ("vehicle.inertia", message)))
@@ -170,6 +172,27 @@ fn rotor_checks(rotors: &RotorsConfig) -> Vec<Check> {
         require("rotors.battery.compensation_time", time, times, "in (0, 100] s");
     }
     checks
+}
+
+/// A gain of the integral action whose estimate has no bound, so that it would do nothing.
+fn idle_integral_gain(scenario: &Scenario) -> Option<(&'static str, String)> {
+    let paths = match scenario.controller {
+        ControllerConfig::RobustAdaptive(_) => [
+            "controller.robust_adaptive.integral.gamma_d",
+            "controller.robust_adaptive.integral.gamma_t",
+        ],
+        ControllerConfig::Saturated(_) => {
+            ["controller.saturated.integral.gamma_d", "controller.saturated.integral.gamma_t"]
+        }
+    };
+    let it = scenario.controller.integral();
+    let pairs = [
+        (it.gamma_d, it.acceleration_max, "acceleration_max"),
+        (it.gamma_t, it.torque_max, "torque_max"),
+    ];
+    let idle =
+        paths.into_iter().zip(pairs).find(|(_, (gain, bound, _))| *gain > 0.0 && *bound == 0.0);
+    idle.map(|(path, (gain, _, name))| (path, format!("{gain} must be 0 while {name} is 0")))
 }
 
 /// A failure of a rotor that is not there, or out of its range; a battery that is fuller at less voltage; limits of the wrench beside those of rotors.

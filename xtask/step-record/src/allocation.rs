@@ -15,6 +15,24 @@ const LIMITS: Interval = Interval { lower: 0.2, upper: 4.0 };
 /// Vehicles that are measured.
 pub const VEHICLES: usize = 3;
 
+/// Losses of a rotor that are measured: each of the hexarotor and of the octorotor.
+pub const LOSSES: [(usize, usize); 14] = [
+    (1, 0),
+    (1, 1),
+    (1, 2),
+    (1, 3),
+    (1, 4),
+    (1, 5),
+    (2, 0),
+    (2, 1),
+    (2, 2),
+    (2, 3),
+    (2, 4),
+    (2, 5),
+    (2, 6),
+    (2, 7),
+];
+
 /// A quadrotor, a hexarotor and an octorotor.
 #[must_use]
 pub fn geometry(vehicle: usize) -> RotorGeometry {
@@ -24,6 +42,12 @@ pub fn geometry(vehicle: usize) -> RotorGeometry {
         1 => RotorGeometry::ring(&[A, A, C, C, A, C], 0.3, 0.0, 0.02, LIMITS),
         _ => RotorGeometry::ring(&[A, C, A, C, A, C, A, C], 0.3, 0.2, 0.02, LIMITS),
     }
+}
+
+/// The command that is allocated after a loss: far beyond the limits.
+#[must_use]
+pub fn command_after_loss(rotors: usize) -> Wrench {
+    commands(rotors).nth(EACH).unwrap_or_default()
 }
 
 /// Commands for a vehicle with so many rotors: [`EACH`] near hover, then as many far beyond the limits.

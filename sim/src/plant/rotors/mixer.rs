@@ -2,7 +2,7 @@
 //! of the thrust curve that it assumes; and another allocation once it knows of a failed rotor.
 
 use ctrl_core::allocation::{
-    Allocation, Allocator, BatteryCompensation, RotorGeometry, RotorSet, ThrustCurve,
+    Allocation, Allocator, BatteryCompensation, RotorGeometry, ThrustCurve,
 };
 use ctrl_core::error::ConfigError;
 use ctrl_core::vehicle::Wrench;
@@ -17,8 +17,8 @@ pub(super) struct Mixer {
     curve: ThrustCurve,
     thrust_max: [f32; Thrusts::MAX],
     compensation: Option<BatteryCompensation>,
-    /// Allocations to come and their times (s), in order; the next one last.
-    plans: Vec<(f64, Allocator)>,
+    /// Rotors that it will know to have failed, and when (s); the next one last.
+    losses: Vec<(f64, usize)>,
 }
 
 impl Mixer {
@@ -38,12 +38,16 @@ impl Mixer {
         let compensation = config.battery.and_then(|battery| battery.compensation());
         let compensation =
             compensation.map(|battery| BatteryCompensation::new(&battery, step_period as f32));
+        let allocator = Allocator::new(geometry)?;
+        let losses = losses(config);
+        let mut left = allocator.clone();
+        losses.iter().rev().try_for_each(|(_, rotor)| left.lose(*rotor))?;
         Ok(Self {
-            allocator: Allocator::new(geometry)?,
+            allocator,
             curve: config.thrust_curve().assumed()?,
             thrust_max,
             compensation: compensation.transpose()?,
-            plans: plans(config, geometry)?,
+            losses,
         })
     }
 
@@ -54,8 +58,9 @@ impl Mixer {
         time: f64,
         battery: Option<&BatteryState>,
     ) -> Thrusts {
-        while let Some((_, allocator)) = self.plans.pop_if(|(from, _)| *from <= time) {
-            self.allocator = allocator;
+        while let Some((_, rotor)) = self.losses.pop_if(|(from, _)| *from <= time) {
+            let lost = self.allocator.lose(rotor);
+            debug_assert!(lost.is_ok(), "all of them were lost once, in `new`");
         }
         let supply = match (&mut self.compensation, battery) {
             (Some(compensation), Some(battery)) => compensation.measure(battery.voltage as f32),
@@ -75,22 +80,12 @@ impl Mixer {
     }
 }
 
-/// Allocations without the rotors that have failed by then, the latest first.
-fn plans(
-    config: &RotorsConfig,
-    geometry: &RotorGeometry,
-) -> Result<Vec<(f64, Allocator)>, ConfigError> {
+/// The failures that the mixer gets to know, the latest first.
+fn losses(config: &RotorsConfig) -> Vec<(f64, usize)> {
     let known = config.failures.iter();
     let mut known: Vec<_> = known
         .filter_map(|failure| Some((failure.time + failure.reallocated_after?, failure.rotor)))
         .collect();
-    known.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut failed = RotorSet::empty();
-    let mut plans = Vec::new();
-    for (time, rotor) in known {
-        failed |= RotorSet::rotor(rotor);
-        plans.push((time, Allocator::without(geometry, failed)?));
-    }
-    plans.reverse();
-    Ok(plans)
+    known.sort_by(|a, b| b.0.total_cmp(&a.0));
+    known
 }

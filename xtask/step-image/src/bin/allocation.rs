@@ -10,12 +10,20 @@ use ctrl_core::allocation::{Allocation, Allocator};
 use ctrl_core::vehicle::Wrench;
 use step_image::{Output, refuse};
 use step_record::Closing;
-use step_record::allocation::{AllocationAnswer, VEHICLES, commands, geometry};
+use step_record::allocation::{
+    AllocationAnswer, LOSSES, VEHICLES, command_after_loss, commands, geometry,
+};
 
 #[unsafe(no_mangle)]
 #[inline(never)]
 fn allocation_allocate(allocator: &Allocator, wrench: &Wrench) -> Allocation {
     allocator.allocate(wrench)
+}
+
+#[unsafe(no_mangle)]
+#[inline(never)]
+fn allocation_lose(allocator: &mut Allocator, rotor: usize) -> bool {
+    allocator.lose(rotor).is_ok()
 }
 
 #[entry]
@@ -28,6 +36,16 @@ fn main() -> ! {
             let allocation = allocation_allocate(&allocator, &core::hint::black_box(wrench));
             output.record(AllocationAnswer::new(&allocation));
         }
+    }
+    for (vehicle, rotor) in LOSSES {
+        let geometry = core::hint::black_box(geometry(vehicle));
+        let Ok(mut allocator) = Allocator::new(&geometry) else { refuse() };
+        if !allocation_lose(&mut allocator, core::hint::black_box(rotor)) {
+            refuse();
+        }
+        let command = command_after_loss(geometry.rotors.len());
+        let allocation = allocation_allocate(&allocator, &core::hint::black_box(command));
+        output.record(AllocationAnswer::new(&allocation));
     }
     output.record(Closing {
         stack: 0,
