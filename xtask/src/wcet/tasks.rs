@@ -27,13 +27,14 @@ pub const GROUND_ONLY: &[(&str, &str)] = &[
     ("HostSession>::tune", "as above"),
     ("HostSession>::accept_built_in_trajectory", "parameters are stored while disarmed"),
     ("ParameterStore<F>::append", "as above"),
+    ("ParameterStore<F>::newest", "as above"),
+    ("stored_signing::Change::store", "as above"),
     ("HostSession>::next_to_store", "as above"),
     (
         "OnboardNavigation::step",
         "samples come from simulated sensors only, until drivers are aboard",
     ),
     ("OnboardNavigation::configure", "as above"),
-    ("SigningKey::sign", "the image has no key"),
     ("FlightControl::replace_law", "a law is replaced on the ground"),
     ("firmware::app::announce", "lock step only, in which the vehicle waits for its host anyway"),
 ];
