@@ -55,6 +55,39 @@ pub struct Saturated {
     gamma3_step: f32,
 }
 
+/// What the rotors make of a command: a type of its own for the plain step, which has none of the code.
+trait Made {
+    fn is_the_command(&self) -> bool;
+    fn of(self, command: &Wrench) -> Vec3;
+}
+
+/// Every command is made.
+struct TheCommand;
+
+impl Made for TheCommand {
+    #[inline(always)]
+    fn is_the_command(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn of(self, command: &Wrench) -> Vec3 {
+        command.torque_body
+    }
+}
+
+impl<F: FnOnce(&Wrench) -> Vec3> Made for F {
+    #[inline(always)]
+    fn is_the_command(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn of(self, command: &Wrench) -> Vec3 {
+        self(command)
+    }
+}
+
 /// Memory of controller 2 between two steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SaturatedState {
@@ -214,7 +247,7 @@ impl Saturated {
         state: &SaturatedState,
         evaluation: &Evaluation,
         w: Vec3,
-        made: Option<impl FnOnce(&Wrench) -> Vec3>,
+        made: impl Made,
     ) -> Law {
         let Self { cascade, config, .. } = self;
         let without_auxiliary = w - evaluation.virtual_rate.mu;
@@ -247,10 +280,8 @@ impl Saturated {
                 Commanded { torque, made: torque, acting: torque, saturated }
             }
         };
-        let Commanded { torque, made, acting, saturated } = match made {
-            Some(made) => self.limited(state, evaluation, commanded, made),
-            None => commanded,
-        };
+        let Commanded { torque, made, acting, saturated } =
+            self.limited(state, evaluation, commanded, made);
         Law {
             rate_error,
             torque_demand,
@@ -273,10 +304,13 @@ impl Saturated {
         state: &SaturatedState,
         evaluation: &Evaluation,
         commanded: Commanded,
-        made: impl FnOnce(&Wrench) -> Vec3,
+        made: impl Made,
     ) -> Commanded {
+        if made.is_the_command() {
+            return commanded;
+        }
         let torque_body = commanded.torque;
-        let made = made(&Wrench { thrust: self.cascade.thrust(evaluation), torque_body });
+        let made = made.of(&Wrench { thrust: self.cascade.thrust(evaluation), torque_body });
         let made = if made.is_finite() { made } else { torque_body };
         let acting = match &self.rotors {
             Some(rotors) => rotors.mean(state.acting_torque, made),
@@ -367,13 +401,13 @@ impl TrackingController for Saturated {
 
 impl Saturated {
     /// One step; `made` is what the rotors make of a command.
-    #[inline(always)]
+    #[inline]
     fn stepped(
         &self,
         state: &mut SaturatedState,
         vehicle: &VehicleState,
         reference: &Reference,
-        made: Option<impl FnOnce(&Wrench) -> Vec3>,
+        made: impl Made,
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput {
         let mut clipped = None;
@@ -416,7 +450,7 @@ impl AdaptiveController for Saturated {
         reference: &Reference,
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput {
-        self.stepped(state, vehicle, reference, None::<fn(&Wrench) -> Vec3>, observe)
+        self.stepped(state, vehicle, reference, TheCommand, observe)
     }
 
     #[inline]
@@ -428,7 +462,7 @@ impl AdaptiveController for Saturated {
         made: impl FnOnce(&Wrench) -> Vec3,
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput {
-        self.stepped(state, vehicle, reference, Some(made), observe)
+        self.stepped(state, vehicle, reference, made, observe)
     }
 
     fn reference_acceleration_max(&self) -> f32 {

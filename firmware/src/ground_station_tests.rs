@@ -12,6 +12,7 @@ use link::{ParametersInForce, Received, Uplink};
 use super::*;
 use crate::scenario::BUILT_IN_MISSION;
 use crate::session::{SessionConfig, SessionMemory};
+use crate::stored_signing::Change;
 use crate::tick_source::TickOrigin;
 
 /// A vehicle between two parties: a host on the link, and a station on MAVLink.
@@ -26,6 +27,10 @@ struct Shared {
 
 impl Shared {
     fn new() -> Self {
+        Self::with(None)
+    }
+
+    fn with(signing: Option<&StartedSigning>) -> Self {
         let config = SessionConfig {
             board: "test bench",
             sample_valid: 5,
@@ -41,6 +46,7 @@ impl Shared {
         let station = GroundStation::new_in(
             Box::leak(Box::new(MaybeUninit::uninit())),
             Box::leak(Box::new(ProtocolMemory::new())),
+            signing,
         );
         let status = ControlStatus::default();
         Self { session, pilot, station, status, sequence: 0, safety: SafetyReport::default() }
@@ -79,7 +85,9 @@ impl Shared {
         let crc = mavlink_crc(&frame[1..], 152);
         frame.extend(crc.to_le_bytes());
         for byte in frame {
-            if let Some(packet) = self.station.push(byte) {
+            if let Some(packet) = self.station.push(byte)
+                && self.station.check(&packet, self.status)
+            {
                 let (station, behind) = self.behind();
                 station.handle(&packet, behind);
             }
@@ -103,7 +111,10 @@ impl Shared {
         loop {
             let (station, behind) = self.behind();
             match station.next_frame(behind) {
-                Some(frame) => frames.push(frame.as_bytes().to_vec()),
+                Some(mut frame) => {
+                    station.sign(&mut frame);
+                    frames.push(frame.as_bytes().to_vec());
+                }
                 None => return frames,
             }
         }
@@ -261,4 +272,45 @@ fn one_release_is_bounded_and_a_second_of_telemetry_fits_the_wire() {
     assert!(bytes < 16_000, "{bytes} B of the 92,160 that the wire carries");
     let releases = 1000 / RELEASE_EVERY as usize;
     assert!(frames < releases * SENT_PER_RELEASE, "{frames} frames");
+}
+
+#[test]
+fn with_a_stored_key_everything_is_signed_from_its_time_on_and_what_is_not_signed_has_no_effect() {
+    let from = StoredSigning { key: [3; 32], timestamp: 7_000_000 };
+    let mut shared = Shared::with(Some(&StartedSigning { from, stored: from.timestamp + AHEAD }));
+    shared.tick();
+    shared.status.uptime += 1000;
+    assert_eq!(shared.station.keep_time(None, shared.status), None);
+    assert_eq!(shared.station(400, 1.0), None, "not signed");
+    assert_eq!(shared.tick().1, None);
+    let frames = shared.frames();
+    let all = shared.frames().into_iter().chain(frames);
+    for frame in all {
+        let [.., t0, t1, t2, t3, t4, t5, _, _, _, _, _, _] = frame[..] else { panic!() };
+        let time = u64::from_le_bytes([t0, t1, t2, t3, t4, t5, 0, 0]);
+        // A second has passed.
+        assert!(frame[2] == 1 && (7_100_000..7_200_000).contains(&time), "{frame:?}");
+    }
+}
+
+#[test]
+fn a_later_time_is_stored_before_the_stored_one_is_near_and_only_on_the_ground() {
+    let from = StoredSigning { key: [3; 32], timestamp: 0 };
+    let mut shared = Shared::with(Some(&StartedSigning { from, stored: AHEAD }));
+    let passes = |shared: &mut Shared, seconds: u32, mode| {
+        shared.status.uptime += seconds * 1000;
+        shared.status.mode = mode;
+        let change = shared.session.take_signing();
+        if let Some(later) = shared.station.keep_time(change, shared.status) {
+            shared.session.keep_signing_time(later, shared.status);
+        }
+        shared.session.next_to_store()
+    };
+    assert_eq!(passes(&mut shared, 1700, Mode::Disarmed), None);
+    assert_eq!(passes(&mut shared, 200, Mode::Flying), None);
+    let change = passes(&mut shared, 0, Mode::Disarmed);
+    let later = StoredSigning { key: [3; 32], timestamp: 190_000_000 + AHEAD };
+    assert_eq!(change, Some(Change::Signing(Some(later))));
+    shared.session.stored(Ok(1));
+    assert_eq!(passes(&mut shared, 1, Mode::Disarmed), None);
 }

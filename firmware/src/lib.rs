@@ -26,6 +26,7 @@ pub mod sensor;
 pub mod session;
 pub mod state_sample;
 pub mod stored_parameters;
+pub mod stored_signing;
 pub mod tick_source;
 pub mod vehicle;
 

@@ -52,6 +52,7 @@ mod app {
     use firmware::scenario::{BUILT_IN_MISSION, Tuning};
     use firmware::session::{HostSession, SessionConfig, SessionMemory};
     use firmware::stored_parameters::{SetError, put_in_force};
+    use firmware::stored_signing::StartedSigning;
     use firmware::tick_source::{Begin, Pend, TickOrigin, TickSource};
     use firmware::vehicle::VEHICLE;
     use firmware::{rates, scenario};
@@ -128,7 +129,8 @@ mod app {
             Active::report(report);
         }
         // May erase, which takes most of a second: the control loop has not begun.
-        let (store, found) = ParameterStore::open(peripherals.storage);
+        let (mut store, mut found) = ParameterStore::open(peripherals.storage);
+        let signing = StartedSigning::begin(&mut store, &mut found);
         let mut tuning = BUILT_IN_MISSION.tuning;
         let in_force = parameters_in_force(&mut tuning, &found);
         let config = SessionConfig::new(Active::NAME, Active::TELEMETRY_PERIOD_MIN, &VEHICLE);
@@ -144,7 +146,8 @@ mod app {
         let Ok(pilot) = Pilot::moderate_in(cx.local.pilot_memory, session.law()) else {
             panic!("damaged scenario")
         };
-        let station = GroundStation::new_in(cx.local.station_memory, cx.local.protocol_memory);
+        let (place, memory) = (cx.local.station_memory, cx.local.protocol_memory);
+        let station = GroundStation::new_in(place, memory, signing.as_ref());
         let (received_in, received_out) = cx.local.queue.split();
         let (mavlink_in, mavlink_out) = cx.local.mavlink_queue.split();
         defmt::info!(
@@ -369,6 +372,7 @@ mod app {
             }
             let mut prepared = pilot.prepare(session, status, &safety);
             navigation.shift(&mut prepared.reference);
+            session.guide(pilot.navigator().mode(), &prepared.reference);
             let health = pilot.health(session, status);
             let storing = session.is_storing();
             inbox.lock(|inbox| {
@@ -469,8 +473,8 @@ mod app {
             let report = ticks.lock(|ticks| ticks.health(link, dropped));
             cx.local.events.log(status, &report, late);
             health.lock(|health| *health = Some(report));
-            if let Some(parameters) = session.lock(|session| session.next_to_store()) {
-                let result = cx.local.store.append(&parameters);
+            if let Some(change) = session.lock(|session| session.next_to_store()) {
+                let result = change.store(cx.local.store);
                 session.lock(|session| session.stored(result));
             }
             ticks.lock(|ticks| ticks.finish_housekeeping(now()))
@@ -501,6 +505,10 @@ mod app {
         let mut outbox = cx.shared.outbox;
         let mavlink::LocalResources { station, mavlink_out, mavlink_transmitter, .. } = cx.local;
         let (status, view) = outbox.lock(|outbox| (outbox.status, outbox.view));
+        let change = session.lock(|session| session.take_signing());
+        if let Some(later) = station.keep_time(change, status) {
+            session.lock(|session| session.keep_signing_time(later, status));
+        }
         // wcet: at most 384 iterations
         for taken in 0..BYTES_PER_RELEASE {
             let packet = match mavlink_out.dequeue() {
@@ -508,7 +516,9 @@ mod app {
                 None if taken == 0 => station.silence(),
                 None => break,
             };
-            if let Some(packet) = packet {
+            if let Some(packet) = packet
+                && station.check(&packet, status)
+            {
                 (&mut session, &mut pilot).lock(|session, pilot| {
                     station.handle(&packet, Behind { session, pilot, status, view });
                 });
@@ -521,7 +531,8 @@ mod app {
         for _ in 0..SENT_PER_RELEASE {
             let frame = (&mut session, &mut pilot)
                 .lock(|session, pilot| station.next_frame(Behind { session, pilot, status, view }));
-            let Some(frame) = frame else { break };
+            let Some(mut frame) = frame else { break };
+            station.sign(&mut frame);
             mavlink_transmitter.send(frame.as_bytes());
         }
     }

@@ -32,7 +32,7 @@ const CHUNK: usize = 32;
 pub const PAYLOAD_MAX: usize = SLOT - HEADER - CHECKSUM;
 
 /// The last character is the version of the format.
-const RECORD_MARK: [u8; 4] = *b"GYR2";
+const RECORD_MARK: [u8; 4] = *b"GYR3";
 const SECTOR_MARK: [u8; 4] = *b"GYS2";
 const ERASED: u8 = 0xFF;
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
@@ -79,6 +79,8 @@ pub struct ParameterStore<F> {
     generation: u32,
     /// The sector that the log is in.
     active: usize,
+    /// Slot of the newest record there.
+    newest: Option<usize>,
     /// Next free slot of each sector; none if it cannot be written to.
     free: [Option<usize>; SECTORS],
 }
@@ -105,7 +107,8 @@ impl<F: NorFlash> ParameterStore<F> {
             assert!(SLOT.is_multiple_of(F::WRITE_SIZE) && SLOT.is_multiple_of(CHUNK));
             assert!(CHUNK.is_multiple_of(F::READ_SIZE));
         }
-        let mut store = Self { flash, generation: 0, active: 0, free: [None; SECTORS] };
+        let (newest, free) = (None, [None; SECTORS]);
+        let mut store = Self { flash, generation: 0, active: 0, newest, free };
         let surveys: [_; SECTORS] = core::array::from_fn(|sector| store.survey(sector));
         let newest = (0..SECTORS).filter_map(|sector| {
             let (generation, slot) = (*surveys.get(sector)?)?.newest?;
@@ -145,14 +148,20 @@ impl<F: NorFlash> ParameterStore<F> {
         })?;
         // A slot is used up even if that fails: what is left in it is not known.
         *self.free.get_mut(sector).ok_or(StoreError::Failed)? = Some(slot + 1);
-        self.active = sector;
         let place = Self::offset(sector, slot);
         self.flash.write(place, &record).map_err(|_| StoreError::Failed)?;
         if !self.holds(place, &record) {
             return Err(StoreError::Failed);
         }
-        self.generation = generation;
+        (self.generation, self.active, self.newest) = (generation, sector, Some(slot));
         Ok(generation)
+    }
+
+    /// The newest record, read again; none if there is none.
+    #[inline(never)]
+    pub fn newest(&mut self) -> Option<Payload> {
+        let slot = self.slot(self.active, self.newest?)?;
+        Some(decode(&slot)?.1)
     }
 
     /// `true` if the memory at `place` reads as `record` and is blank behind it, to the end of the slot.
@@ -168,7 +177,7 @@ impl<F: NorFlash> ParameterStore<F> {
 
     /// Goes on with the log behind its newest record.
     fn take_up(&mut self, generation: u32, sector: usize, slot: usize) -> Found {
-        (self.generation, self.active) = (generation, sector);
+        (self.generation, self.active, self.newest) = (generation, sector, Some(slot));
         match self.slot(sector, slot).as_ref().and_then(decode) {
             Some((generation, payload)) => Found::Record(generation, payload),
             None => Found::Unreadable,

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::parameter_store::{Found, PAYLOAD_MAX, Payload};
 use crate::scenario::Tuning;
+use crate::stored_signing::split;
 
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 const ROBUST_ADAPTIVE: usize = RobustAdaptiveConfig::NAMES.len();
@@ -116,9 +117,13 @@ pub fn put_in_force(
     let (generation, payload) = match found {
         Found::Nothing => return (in_force(ParameterOrigin::BuiltIn, 0), Ok(())),
         Found::Unreadable => return (in_force(ParameterOrigin::Unreadable, 0), Ok(())),
-        Found::Record(generation, payload) => (*generation, payload),
+        Found::Record(generation, record) => (*generation, split(record)),
     };
-    let (origin, result) = match accept(tuning, trajectory, payload) {
+    let accepted = match payload {
+        Some((_, parameters)) => accept(tuning, trajectory, parameters),
+        None => Err(SetError::Foreign),
+    };
+    let (origin, result) = match accepted {
         Ok(origin) => (origin, Ok(())),
         Err(error) => (ParameterOrigin::Refused, Err(error)),
     };
@@ -132,6 +137,7 @@ fn accept(
     payload: &[u8],
 ) -> Result<ParameterOrigin, SetError> {
     let stored = match postcard::take_from_bytes(payload) {
+        _ if payload.is_empty() => return Ok(ParameterOrigin::BuiltIn),
         Ok((StoredParameters::Set(set), [])) => set.tuning(tuning)?,
         Ok((StoredParameters::Forgotten, [])) => return Ok(ParameterOrigin::BuiltIn),
         _ => return Err(SetError::Foreign),
@@ -163,6 +169,7 @@ fn layout() -> u32 {
 mod tests {
     use super::*;
     use crate::scenario::BUILT_IN_MISSION;
+    use crate::stored_signing::Change;
 
     const BUILT_IN: &Tuning = &BUILT_IN_MISSION.tuning;
 
@@ -184,7 +191,12 @@ mod tests {
     }
 
     fn found(tuning: &Tuning) -> Found {
-        Found::Record(7, StoredParameters::of(tuning).encode())
+        record(7, StoredParameters::of(tuning).encode())
+    }
+
+    /// A record of parameters alone.
+    fn record(generation: u32, parameters: Payload) -> Found {
+        Found::Record(generation, Change::Parameters(parameters).apply(None).unwrap())
     }
 
     #[test]
@@ -218,7 +230,7 @@ mod tests {
     fn without_a_set_the_built_in_one_is_in_force() {
         assert_eq!(refused(&Found::Nothing), (ParameterOrigin::BuiltIn, Ok(())));
         assert_eq!(refused(&Found::Unreadable), (ParameterOrigin::Unreadable, Ok(())));
-        let forgotten = Found::Record(1, StoredParameters::Forgotten.encode());
+        let forgotten = record(1, StoredParameters::Forgotten.encode());
         assert_eq!(refused(&forgotten), (ParameterOrigin::BuiltIn, Ok(())));
     }
 
@@ -226,10 +238,10 @@ mod tests {
     fn a_set_of_other_firmware_is_refused() {
         let StoredParameters::Set(mut set) = StoredParameters::of(BUILT_IN) else { panic!() };
         set.layout ^= 1;
-        let foreign = Found::Record(1, StoredParameters::Set(set).encode());
+        let foreign = record(1, StoredParameters::Set(set).encode());
         let mut long = StoredParameters::of(BUILT_IN).encode();
         long.push(0).unwrap();
-        for found in [foreign, Found::Record(1, Payload::new()), Found::Record(1, long)] {
+        for found in [foreign, Found::Record(1, Payload::new()), record(1, long)] {
             assert_eq!(refused(&found), (ParameterOrigin::Refused, Err(SetError::Foreign)));
         }
     }

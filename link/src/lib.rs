@@ -27,9 +27,9 @@ mod tests;
 
 pub use frame::{Decoder, EncodeError, Encoder, Received};
 pub use message::{
-    Acknowledgement, ControllerKind, Downlink, EstimatorSetting, FaultKind, FaultReport, Health,
-    Identity, Message, ParameterOrigin, ParameterValue, ParametersInForce, Rejection, Telemetry,
-    TrajectorySelection, Uplink,
+    Acknowledgement, ControllerKind, Downlink, EstimatorSetting, FaultKind, FaultReport, Guidance,
+    Health, Identity, Message, ParameterOrigin, ParameterValue, ParametersInForce, Rejection,
+    Secret, Telemetry, TrajectorySelection, Uplink,
 };
 pub use parameter::Parameters;
 pub use statistics::{GroupHealth, LinkStatistics};

@@ -17,6 +17,7 @@ use ctrl_core::estimator::{
     BarometerBias, FaultLimits, InertialNoise, InertialSample, InitialDeviation, Measurement,
     Source, SourceConfig,
 };
+use ctrl_core::mode::navigation::NavigationMode;
 use ctrl_core::mode::{Cause, Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::{CircleConfig, HoverConfig, Leg, LemniscateConfig, RisingCircleConfig};
@@ -126,6 +127,26 @@ pub enum Uplink {
     },
     /// Measurement that arrives with the tick of the next inertial sample.
     Measured(Measurement),
+    /// Asks for the reference of the next control tick; answered by [`Downlink::Guidance`].
+    GuidanceRead,
+    /// Puts a key of MAVLink's signatures in force and keeps it over a restart, or, all zeros, removes it; only disarmed.
+    /// The line must be one that nobody else reads.
+    SigningKey {
+        /// The key.
+        key: Secret,
+        /// Time of the host's clock, which the vehicle's goes on from (10 us since 2015-01-01).
+        timestamp: u64,
+    },
+}
+
+/// A key, never shown.
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Secret(pub [u8; 32]);
+
+impl core::fmt::Debug for Secret {
+    fn fmt(&self, out: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        out.write_str("Secret(..)")
+    }
 }
 
 /// Part of the estimator's configuration. Parts are checked together, when the estimator is put to use.
@@ -173,6 +194,8 @@ pub enum Downlink {
         /// Ticks since the start of the program.
         uptime_ticks: u64,
     },
+    /// The reference of a control tick, and its source.
+    Guidance(Guidance),
 }
 
 impl Message for Uplink {
@@ -327,6 +350,17 @@ pub struct Telemetry {
     /// Cost of the step, in the unit of the board's counter (cycles, or instructions in the
     /// emulator); zero where there is none.
     pub step_cost: u32,
+}
+
+/// What the law follows at a control tick.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Guidance {
+    /// Changes of the law's parameters since the start of the program.
+    pub law_changes: u32,
+    /// Mode of the flight under a ground station.
+    pub navigation: NavigationMode,
+    /// The reference, whoever gives it.
+    pub reference: Reference,
 }
 
 /// A parameter by name and value.

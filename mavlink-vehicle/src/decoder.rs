@@ -2,9 +2,12 @@
 
 use mavlink::{MAV_STX, MAV_STX_V2, calculate_crc};
 
-use crate::frame::{FRAME_MAX, HEADER, PAYLOAD_MAX, SIGNED};
+use crate::frame::{FRAME_MAX, Frame, HEADER, PAYLOAD_MAX, SIGNED};
 use crate::message::extra_crc;
 use crate::signing::{SIGNATURE, Trailer};
+
+/// Bytes before the payload in MAVLink 1.
+const HEADER_1: usize = 6;
 
 /// A message that has passed its checksum; its numbers are whatever the other side sent.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +41,16 @@ impl Packet {
     #[must_use]
     pub fn payload(&self) -> &[u8] {
         self.payload.get(..self.len).unwrap_or_default()
+    }
+
+    /// The frame that it came in, byte for byte: for those who pass it on.
+    #[must_use]
+    pub fn frame(&self) -> Frame {
+        let first = if self.header[0] == MAV_STX_V2 { HEADER } else { HEADER_1 };
+        let header = self.header.get(..first).unwrap_or_default();
+        let trailer = self.trailer.map(Trailer::to_bytes);
+        let signature = trailer.as_ref().map_or(&[][..], |bytes| bytes);
+        Frame::of_parts(&[header, self.payload(), &self.checksum, signature])
     }
 
     /// The byte at `index` of the whole payload.
@@ -169,10 +182,10 @@ impl Decoder {
         }
         let payload = usize::from(self.at(1));
         match self.at(0) {
-            MAV_STX if self.len >= 6 => Some(Ok(Shape {
-                header: 6,
+            MAV_STX if self.len >= HEADER_1 => Some(Ok(Shape {
+                header: HEADER_1,
                 payload,
-                whole: 6 + payload + 2,
+                whole: HEADER_1 + payload + 2,
                 id: self.at(5).into(),
                 system: self.at(3),
                 component: self.at(4),

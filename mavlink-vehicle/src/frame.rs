@@ -76,6 +76,13 @@ impl Frame {
         frame
     }
 
+    /// The frame that consists of `parts`.
+    pub(crate) fn of_parts(parts: &[&[u8]]) -> Self {
+        let mut frame = Self { bytes: [0; FRAME_MAX], len: 0 };
+        parts.iter().for_each(|part| frame.append(part));
+        frame
+    }
+
     /// Adds the signature, if there is a key: at the moment of sending, since its time must grow.
     pub(crate) fn sign(&mut self, signing: &mut Signing) {
         if let Some(trailer) = signing.sign(&[self.as_bytes()]) {

@@ -162,21 +162,29 @@ impl<'m> Protocol<'m> {
 
     /// Carries out a packet, unless it is for another system or component, or not signed as it must be.
     pub fn handle<V: Vehicle>(&mut self, packet: &Packet, line: Line, vehicle: &mut V) {
-        if let Err(refusal) = self.signing.accept(packet) {
-            if self.signing.says(vehicle.view().time) {
-                let id = packet.id;
-                self.say(
-                    Severity::Warning,
-                    &[
-                        Part::Text("message "),
-                        Part::Count(id),
-                        Part::Text(" refused: "),
-                        Part::Text(refusal.as_str()),
-                    ],
-                );
-            }
-            return;
+        if self.check(packet, vehicle.view().time) {
+            self.obey(packet, line, vehicle);
         }
+    }
+
+    /// First half of [`handle`](Self::handle), without the vehicle: `true` if a packet is signed as it must be. A hash
+    /// takes long; `time` is that of the vehicle's view (us).
+    pub fn check(&mut self, packet: &Packet, time: u64) -> bool {
+        let Err(refusal) = self.signing.accept(packet) else { return true };
+        if self.signing.says(time) {
+            let parts = [
+                Part::Text("message "),
+                Part::Count(packet.id),
+                Part::Text(" refused: "),
+                Part::Text(refusal.as_str()),
+            ];
+            self.say(Severity::Warning, &parts);
+        }
+        false
+    }
+
+    /// Second half of [`handle`](Self::handle), for a packet that has passed [`check`](Self::check).
+    pub fn obey<V: Vehicle>(&mut self, packet: &Packet, line: Line, vehicle: &mut V) {
         let Some(message) = Incoming::of(packet) else { return };
         let (system, component) = message.target(packet);
         let ours = (system == 0 || system == self.config.system)
@@ -231,14 +239,24 @@ impl<'m> Protocol<'m> {
     /// Streams that are due have every other frame, so that no flood of requests silences the heartbeat; then
     /// come answers, sentences, lists that are on their way, and logs. The caller takes as many as its line carries.
     pub fn next_frame<V: Vehicle>(&mut self, vehicle: &mut V) -> Option<Frame> {
+        let mut frame = self.next_unsigned_frame(vehicle)?;
+        self.sign(&mut frame);
+        Some(frame)
+    }
+
+    /// First half of [`next_frame`](Self::next_frame).
+    pub fn next_unsigned_frame<V: Vehicle>(&mut self, vehicle: &mut V) -> Option<Frame> {
         self.finish_command(vehicle);
         self.report_events(vehicle);
         self.repeat_mission_request(vehicle.view().time);
         self.stream_turn = !self.stream_turn;
         let first = if self.stream_turn { self.due_stream(vehicle) } else { None };
-        let mut frame = first.or_else(|| self.requested(vehicle))?;
+        first.or_else(|| self.requested(vehicle))
+    }
+
+    /// Second half of [`next_frame`](Self::next_frame), without the vehicle: signs a frame, if there is a key.
+    pub fn sign(&mut self, frame: &mut Frame) {
         frame.sign(&mut self.signing);
-        Some(frame)
     }
 
     /// The next frame that was asked for, or else of a stream.

@@ -41,6 +41,12 @@ impl SigningKey {
     pub fn new(bytes: [u8; KEY]) -> Option<Self> {
         bytes.iter().any(|byte| *byte != 0).then_some(Self(bytes))
     }
+
+    /// Its bytes, for those who keep it.
+    #[must_use]
+    pub fn to_bytes(self) -> [u8; KEY] {
+        self.0
+    }
 }
 
 impl fmt::Debug for SigningKey {
@@ -250,6 +256,27 @@ impl Signing {
 }
 
 impl crate::Protocol<'_> {
+    /// Puts another key in force, or none, from `timestamp` on; what waits to be sent is dropped.
+    pub fn set_signing_key(&mut self, key: Option<SigningKey>, timestamp: u64) {
+        let changed = self.signing.key() != key;
+        self.signing.set(key, timestamp);
+        if changed {
+            self.drop_answers();
+        }
+    }
+
+    /// The key in force.
+    #[must_use]
+    pub fn signing_key(&self) -> Option<SigningKey> {
+        self.signing.key()
+    }
+
+    /// The newest timestamp known: of the clock, or of a message either way.
+    #[must_use]
+    pub fn signing_time(&self) -> u64 {
+        self.signing.timestamp
+    }
+
     /// Sets the key that a station sends, on the ground and over a line that nobody else reads.
     pub(crate) fn set_up_signing<V: crate::Vehicle>(
         &mut self,
@@ -270,10 +297,7 @@ impl crate::Protocol<'_> {
         }
         let key = SigningKey::new(data.secret_key);
         let before = self.signing.key();
-        self.signing.set(key, data.initial_timestamp);
-        if before != key {
-            self.drop_answers();
-        }
+        self.set_signing_key(key, data.initial_timestamp);
         match (before, key) {
             (before, key) if before == key => {} // sent again, since nothing acknowledges it
             (_, Some(_)) => self.say(Severity::Info, &[Part::Text("signing key set")]),

@@ -11,7 +11,7 @@ use ctrl_core::setpoint::Setpoint;
 use firmware::session::SessionMemory;
 use glam::Vec3;
 use mavlink_vehicle::Vehicle;
-use sil_host::fly::{FlightLogs, FlownVehicle};
+use sil_host::fly::{FlightLogs, FlownTick, FlownVehicle};
 use sil_host::log::LogOptions;
 use sil_host::log::description::Description;
 use sil_host::log::format::Format;
@@ -40,8 +40,8 @@ impl<'m> Air<'m> {
 
     fn run(&mut self, seconds: f64) {
         for _ in 0..(seconds / self.vehicle.step_period()).round() as u64 {
-            let flown = self.vehicle.tick();
-            self.logs.observe(&flown).expect("written");
+            let FlownTick { tick, outputs, navigation } = self.vehicle.tick();
+            self.logs.observe(&tick, outputs.mode, navigation).expect("written");
             self.events.extend(self.vehicle.piloted().take_event());
         }
         assert!(!self.vehicle.differs(), "the control group differs from the law");
@@ -94,6 +94,8 @@ impl<'m> Air<'m> {
         let entry = self.logs.entries().next().expect("a log");
         let log = std::fs::read(self.directory.join("flight-001/flight.ulg")).expect("a file");
         assert_eq!((entry.size as usize, &log[..4]), (log.len(), &b"ULog"[..]));
+        let battery = log.windows(14).any(|part| part == b"battery_status");
+        assert_eq!(battery, self.vehicle.battery().is_some());
         let mut part = [0; 90];
         assert_eq!(self.logs.read(0, 100, &mut part), 90);
         assert_eq!(part, log[100..190]);
@@ -215,6 +217,10 @@ fn the_plants_battery_sags_under_the_rotors_and_the_guard_brings_the_vehicle_dow
     assert!(air.vehicle.plant().stands() && air.vehicle.plant().touchdown_speed() < 0.8);
     let low = air.vehicle.battery().expect("a battery");
     assert!(low.voltage < 14.0 && low.remaining > 0.05, "{low:?}");
+    // Its log has the topic, which one of a plant without a battery has not; the station sees the same numbers.
+    let logged = |log: &[u8]| log.windows(14).any(|part| part == b"battery_status");
+    assert!(logged(&std::fs::read(air.directory.join("flight-001/flight.ulg")).expect("a log")));
+    assert_eq!(air.vehicle.piloted().view().battery, Some(low));
 
     let hexarotor = rotors.replace("spins=[", r#"spins=["clockwise","anticlockwise","#);
     let loaded = LoadedScenario::open("hover-gusts", &[hexarotor]).expect("a scenario");

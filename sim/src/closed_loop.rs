@@ -206,6 +206,7 @@ impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
             estimates: Estimates::NONE,
             auxiliary: Auxiliary::REST,
             lasting: LastingEstimates::default(),
+            battery: self.plant.battery(),
             disturbance,
             evaluation: Evaluation::default(),
         };

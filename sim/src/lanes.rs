@@ -34,6 +34,12 @@ pub fn later(now: Scalars, next: Scalars) -> Scalars {
     Scalars::new([b, c, d, e])
 }
 
+/// A vector and a number in one.
+#[inline(always)]
+pub fn four(v: DVec3, w: f64) -> Scalars {
+    Scalars::new([v.x, v.y, v.z, w])
+}
+
 /// A vector per lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Vectors {
@@ -83,6 +89,19 @@ impl Vectors {
         self.x.as_mut_array()[lane] = v.x;
         self.y.as_mut_array()[lane] = v.y;
         self.z.as_mut_array()[lane] = v.z;
+    }
+
+    /// The vector of each lane with the number of the same lane in `w`.
+    #[inline(always)]
+    pub fn fours(self, w: Scalars) -> [Scalars; LANES] {
+        Scalars::transpose([self.x, self.y, self.z, w])
+    }
+
+    /// The vectors and the numbers of [`fours`](Self::fours).
+    #[inline(always)]
+    pub fn of_fours(fours: [Scalars; LANES]) -> (Self, Scalars) {
+        let [x, y, z, w] = Scalars::transpose(fours);
+        (Self { x, y, z }, w)
     }
 
     /// As [`later`].
@@ -350,6 +369,20 @@ mod tests {
                 assert_eq!(dots, [u.dot(v), q.dot(p), u.length()].map(f64::to_bits));
             }
         }
+    }
+
+    #[test]
+    fn vectors_and_numbers_become_fours_and_come_back() {
+        let mut number = numbers();
+        let mut vectors = Vectors::default();
+        let w = lanes(|_| number());
+        (0..LANES).for_each(|lane| vectors.set(lane, DVec3::new(number(), number(), number())));
+        let fours = vectors.fours(w);
+        for (lane, found) in fours.iter().enumerate() {
+            assert_eq!(*found, four(vectors.lane(lane), w.to_array()[lane]));
+        }
+        let (back, numbers) = Vectors::of_fours(fours);
+        assert!(numbers == w && back.to_array() == vectors.to_array());
     }
 
     #[test]

@@ -8,6 +8,7 @@
 
 pub mod closed_loop;
 pub mod evaluation;
+mod exponential;
 pub mod feedback;
 pub mod guarantee;
 mod lanes;

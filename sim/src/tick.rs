@@ -5,6 +5,7 @@ use ctrl_core::reference::Reference;
 use glam::DVec3;
 
 use crate::evaluation::Evaluation;
+use crate::plant::rotors::BatteryState;
 use crate::plant::{AppliedWrench, Disturbance, PlantState};
 
 /// One control tick, before the plant moves on: all fields belong to the same instant.
@@ -34,6 +35,8 @@ pub struct Tick {
     pub auxiliary: Auxiliary,
     /// The estimates of the law's integral action before this step's update.
     pub lasting: LastingEstimates,
+    /// The battery, if the plant has one.
+    pub battery: Option<BatteryState>,
     /// The disturbance until the next tick.
     pub disturbance: Disturbance,
     /// The Lyapunov function from the truth.

@@ -18,6 +18,7 @@ mod image_stack;
 mod machine_code;
 mod mavlink_task;
 mod measurement;
+mod peers;
 mod profile;
 mod python;
 mod shell;
@@ -53,6 +54,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                 header anew, `cost` measures the step through it, `install` builds for TARGET (this
                 machine's unless given) and installs
   firmware      flash, static RAM and worst-case stack of the firmware's image alone
+  peers [--crazyflie FOLDER] [--flightlib FOLDER]
+                our steps beside those of others, from their sources in FOLDER: see docs/peers.md
   profile CONTROLLER [FLIGHT [ROWS]]
                 instructions of a step by function; CONTROLLER is robust-adaptive or saturated,
                 FLIGHT one of those that `budgets` lists (the paper's unless given)";
@@ -93,6 +96,7 @@ fn run() -> Result<()> {
         ["c-library", "header"] => c_library::write_header(),
         ["c-library", "install", prefix] => c_library::install(prefix, None),
         ["c-library", "install", prefix, target] => c_library::install(prefix, Some(target)),
+        ["peers", ref options @ ..] => peers::compare(options),
         ["profile", controller] => profile::run(controller, "paper", 40),
         ["profile", controller, flight] => profile::run(controller, flight, 40),
         ["profile", controller, flight, rows] => {

@@ -72,7 +72,11 @@ impl StepImage {
 
     /// Opens a built image, to measure its function `root`.
     pub fn open_at(name: &str, root: &'static str) -> Result<Self> {
-        let path = path(name);
+        Self::open_file(path(name), root)
+    }
+
+    /// Opens any image of the same machine, to measure its function `root`.
+    pub fn open_file(path: PathBuf, root: &'static str) -> Result<Self> {
         let image = Image::read(&path)?;
         let listing = disassembly::disassemble(&path)?;
         let graph = CallGraph::walk(&image, &listing, root)?;

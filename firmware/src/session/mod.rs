@@ -16,13 +16,14 @@ use ctrl_core::controller::{AdaptiveController, AnyController, TrackingControlle
 use ctrl_core::error::ConfigError;
 use ctrl_core::estimator::EstimatorConfig;
 use ctrl_core::mode::Command;
+use ctrl_core::mode::navigation::NavigationMode;
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::{CheckedTrajectory, TrajectoryConfig};
 use glam::Vec3;
 use heapless::{Deque, String};
 use link::{
-    Acknowledgement, Downlink, FaultReport, Identity, ParametersInForce, PathUpload, Received,
-    Rejection, Uplink,
+    Acknowledgement, Downlink, FaultReport, Guidance, Identity, ParametersInForce, PathUpload,
+    Received, Rejection, Uplink,
 };
 
 use crate::evidence::append;
@@ -33,6 +34,7 @@ use crate::sensor::HostSensors;
 use crate::state_sample::{ArrivedState, StateSample, TickOrder};
 use crate::tick_source::{LockStepRequest, TickOrigin};
 use crate::vehicle::{LinkConfig, VehicleConfig};
+pub use storage::SigningChange;
 use storage::Storage;
 
 /// Answers that may wait.
@@ -138,6 +140,13 @@ pub struct HostSession<'a> {
     piloted: bool,
     /// Uptime of the latest message.
     heard: u32,
+    /// Changes of the law.
+    law_changes: u32,
+    guidance_asked: bool,
+    /// Signatures that have been stored, until the ground station's port takes them.
+    signing: Option<SigningChange>,
+    /// Their time may be stored again.
+    signing_storable: bool,
 }
 
 impl<'a> HostSession<'a> {
@@ -213,6 +222,10 @@ impl<'a> HostSession<'a> {
             inertial_tick: 0,
             piloted: false,
             heard: 0,
+            law_changes: 0,
+            guidance_asked: false,
+            signing: None,
+            signing_storable: true,
             fault,
             config,
         }
@@ -264,7 +277,10 @@ impl<'a> HostSession<'a> {
                     Err(rejection) => Err(rejection),
                 }
             }
-            Uplink::Command(_) | Uplink::ParametersPersist | Uplink::ParametersForget => {
+            Uplink::Command(_)
+            | Uplink::ParametersPersist
+            | Uplink::ParametersForget
+            | Uplink::SigningKey { .. } => {
                 match self.begin(sequence, message, status) {
                     Ok(()) => return, // answered once it is done
                     Err(rejection) => Err(rejection),
@@ -278,6 +294,10 @@ impl<'a> HostSession<'a> {
             Uplink::Step { .. } => Err(Rejection::NotNow),
             Uplink::Subscribe { period } => self.subscribe(*period),
             Uplink::FaultAcknowledge => return self.acknowledge_fault(sequence),
+            Uplink::GuidanceRead => {
+                self.guidance_asked = true;
+                return; // answered once the inputs are prepared
+            }
             setting if status.on_ground() && self.storage.is_none() => self.set(setting),
             _ => Err(Rejection::NotNow),
         };
@@ -328,6 +348,9 @@ impl<'a> HostSession<'a> {
         match message {
             Uplink::Command(command) => self.queue_command(sequence, *command),
             Uplink::ParametersPersist => self.persist(sequence, status),
+            Uplink::SigningKey { key, timestamp } => {
+                self.keep_key(sequence, key, *timestamp, status)
+            }
             _ => self.forget(sequence, status),
         }
     }
@@ -410,6 +433,15 @@ impl<'a> HostSession<'a> {
             sample: self.sample(status.uptime),
             reference: self.reference(status),
             fault: self.fault_pending(),
+        }
+    }
+
+    /// Tells the host that has asked for it the reference of the next tick, and the mode that it comes from.
+    #[inline(never)]
+    pub fn guide(&mut self, navigation: NavigationMode, reference: &Reference) {
+        if core::mem::take(&mut self.guidance_asked) {
+            let (law_changes, reference) = (self.law_changes, *reference);
+            self.answer(Downlink::Guidance(Guidance { law_changes, navigation, reference }));
         }
     }
 

@@ -3,7 +3,7 @@
 use core::mem::replace;
 
 use ctrl_core::config::{RobustAdaptiveConfig, SaturatedConfig};
-use ctrl_core::controller::AdaptiveController;
+use ctrl_core::controller::{AdaptiveController, ControllerConfig};
 use link::{ControllerKind, Downlink, ParameterValue, Parameters, Rejection, Uplink};
 
 use super::{HostSession, copy};
@@ -34,8 +34,15 @@ impl HostSession<'_> {
         }
         self.law = law;
         self.law_changed = true;
+        self.law_changes = self.law_changes.wrapping_add(1);
         self.in_force.changed = true;
         Ok(())
+    }
+
+    /// Both controllers' parameters and the choice of controller.
+    #[must_use]
+    pub fn tuning(&self) -> &Tuning {
+        &self.tuning
     }
 
     /// Number of parameters of the chosen controller.
@@ -108,6 +115,17 @@ impl HostSession<'_> {
 }
 
 impl Tuning {
+    /// Configuration of the chosen controller.
+    #[must_use]
+    pub fn config(&self) -> ControllerConfig {
+        match self.kind {
+            ControllerKind::RobustAdaptive => {
+                ControllerConfig::RobustAdaptive(self.robust_adaptive)
+            }
+            ControllerKind::Saturated => ControllerConfig::Saturated(self.saturated),
+        }
+    }
+
     /// Sets a parameter of the chosen controller; returns its value before, none if it has no such
     /// parameter.
     fn replace_parameter(&mut self, name: &str, value: f32) -> Option<f32> {

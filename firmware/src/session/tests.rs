@@ -6,12 +6,15 @@ use std::vec::Vec;
 use ctrl_core::mode::{Mode, Refusal};
 use ctrl_core::trajectory::{HoverConfig, Leg, TrajectoryConfig};
 use ctrl_core::vehicle::VehicleState;
-use link::{ControllerKind, FaultKind, ParameterOrigin, REGISTERS, TrajectorySelection};
+use link::{
+    ControllerKind, FaultKind, Guidance, ParameterOrigin, REGISTERS, Secret, TrajectorySelection,
+};
 
 use super::*;
 use crate::parameter_store::StoreError;
 use crate::scenario::{BUILT_IN_MISSION, BuiltInMission};
 use crate::stored_parameters::StoredParameters;
+use crate::stored_signing::{AHEAD, Change, StoredSigning};
 
 const CONFIG: SessionConfig = SessionConfig {
     board: "test bench",
@@ -337,8 +340,8 @@ fn parameters_to_be_stored_are_handed_out_once_and_the_end_is_answered() {
     send(&mut session, write("k4.x", 3.5), GROUND);
     assert_eq!(asked(&mut session), in_force(ParameterOrigin::BuiltIn, 0, true));
     assert_eq!(send(&mut session, Uplink::ParametersPersist, GROUND), []);
-    let parameters = session.next_to_store().unwrap();
-    assert_eq!(parameters, StoredParameters::of(&session.tuning).encode());
+    let parameters = StoredParameters::of(&session.tuning).encode();
+    assert_eq!(session.next_to_store(), Some(Change::Parameters(parameters)));
     assert_eq!((session.next_to_store(), session.next_answer()), (None, None), "once");
     session.stored(Ok(9));
     let answers: Vec<_> = core::iter::from_fn(|| session.next_answer()).collect();
@@ -355,7 +358,10 @@ fn forgetting_brings_the_built_in_parameters_back_at_once() {
     send(&mut session, write("k4.x", 3.5), GROUND);
     session.take_law();
     assert_eq!(send(&mut session, Uplink::ParametersForget, GROUND), []);
-    assert_eq!(session.next_to_store(), Some(StoredParameters::Forgotten.encode()));
+    assert_eq!(
+        session.next_to_store(),
+        Some(Change::Parameters(StoredParameters::Forgotten.encode()))
+    );
     session.stored(Ok(2));
     assert_eq!(session.next_answer(), Some(in_force(ParameterOrigin::BuiltIn, 2, false)));
     assert_eq!(
@@ -424,6 +430,63 @@ fn a_memory_that_fails_or_is_full_is_reported_and_changes_nothing() {
         assert_eq!(answers, acknowledged(Err(rejection)));
         assert_eq!(read(&mut session, "k4.x"), 3.5);
     }
+}
+
+#[test]
+fn a_key_is_in_force_once_it_is_stored_and_leaves_the_parameters_alone() {
+    let message = |key| Uplink::SigningKey { key: Secret(key), timestamp: 5 };
+    let mut session = session();
+    send(&mut session, write("k4.x", 3.5), GROUND);
+    assert_eq!(send(&mut session, message([1; 32]), GROUND), []);
+    let stored = StoredSigning { key: [1; 32], timestamp: 5 + AHEAD };
+    assert_eq!(session.next_to_store(), Some(Change::Signing(Some(stored))));
+    assert_eq!(session.take_signing(), None);
+    session.stored(Ok(4));
+    let answers: Vec<_> = core::iter::from_fn(|| session.next_answer()).collect();
+    assert_eq!(answers, acknowledged(Ok(())));
+    let change = SigningChange { stored: Some(stored), timestamp: Some(5) };
+    assert_eq!((session.take_signing(), session.take_signing()), (Some(change), None));
+    assert_eq!(asked(&mut session), in_force(ParameterOrigin::BuiltIn, 4, true));
+    for (status, error) in [(GROUND, StoreError::Failed), (FLYING, StoreError::Full)] {
+        send(&mut session, message([0; 32]), status);
+        if status == GROUND {
+            assert_eq!(session.next_to_store(), Some(Change::Signing(None)));
+            session.stored(Err(error));
+        }
+        while session.next_answer().is_some() {}
+        assert_eq!(session.take_signing(), None);
+    }
+    // A later time is stored without an answer, and not again once the memory is full.
+    session.keep_signing_time(stored, FLYING);
+    assert_eq!(session.next_to_store(), None);
+    for (result, change) in [(Ok(5), true), (Err(StoreError::Full), false)] {
+        session.keep_signing_time(stored, GROUND);
+        assert_eq!(session.next_to_store(), Some(Change::Signing(Some(stored))));
+        session.stored(result);
+        assert_eq!((session.take_signing().is_some(), session.next_answer()), (change, None));
+    }
+    session.keep_signing_time(stored, GROUND);
+    assert_eq!(session.next_to_store(), None);
+}
+
+#[test]
+fn the_reference_of_the_next_tick_is_told_once_to_a_host_that_asks() {
+    let mut session = session();
+    assert_eq!(send(&mut session, Uplink::GuidanceRead, GROUND), []);
+    let reference = Reference::hover(Vec3::X);
+    for told in [true, false] {
+        session.guide(NavigationMode::Land, &reference);
+        let guidance = Guidance { law_changes: 0, navigation: NavigationMode::Land, reference };
+        assert_eq!(session.next_answer(), told.then_some(Downlink::Guidance(guidance)));
+    }
+    send(&mut session, write("k4.x", 3.5), GROUND);
+    send(&mut session, Uplink::GuidanceRead, GROUND);
+    session.guide(NavigationMode::Hold, &reference);
+    let answer = session.next_answer();
+    assert!(
+        matches!(answer, Some(Downlink::Guidance(Guidance { law_changes: 1, .. }))),
+        "{answer:?}"
+    );
 }
 
 #[test]

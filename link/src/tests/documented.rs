@@ -125,6 +125,10 @@ fn numbers_of_messages_modes_and_commands() {
     numbered(variant(&Uplink::Inertial { tick: 0, sample }), "Inertial");
     let height = ctrl_core::estimator::Measurement::Barometer(0.0);
     numbered(variant(&Uplink::Measured(height)), "Measured");
+    numbered(variant(&Uplink::GuidanceRead), "GuidanceRead");
+    let key = Secret([0; 32]);
+    numbered(variant(&Uplink::SigningKey { key, timestamp: 0 }), "SigningKey");
+    numbered(variant(&Downlink::Guidance(guidance())), "Guidance");
     numbered(variant(&Downlink::Stepped { uptime_ticks: 0 }), "Stepped");
     let value = ParameterValue { index: 0, count: 0, name: name(), value: 0.0 };
     let obeyed = Acknowledgement { sequence: 1, result: Ok(()) };

@@ -13,6 +13,7 @@ use std::vec::Vec;
 use glam::{Quat, Vec3};
 
 use super::*;
+use ctrl_core::mode::navigation::NavigationMode;
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
 
@@ -34,6 +35,11 @@ fn example_state() -> Uplink {
         rate_body: Vec3::new(0.0, 0.125, 0.0),
     };
     Uplink::State { tick: 1000, state }
+}
+
+fn guidance() -> Guidance {
+    let reference = Reference::hover(Vec3::new(1.0, 2.0, 3.0));
+    Guidance { law_changes: u32::MAX, navigation: NavigationMode::Land, reference }
 }
 
 fn example_reference(tick: u64) -> Uplink {

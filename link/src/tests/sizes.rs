@@ -91,6 +91,8 @@ fn longest_uplink_messages() {
         (Uplink::EstimatorStart(state), 53),
         (Uplink::Inertial { tick: u64::MAX, sample: InertialSample::default() }, 35),
         (Uplink::Measured(Measurement::CaptureAttitude(Quat::IDENTITY)), 18),
+        (Uplink::GuidanceRead, 1),
+        (Uplink::SigningKey { key: Secret([u8::MAX; 32]), timestamp: u64::MAX }, 43),
     ] {
         assert_eq!(length(&message), bytes, "{message:?}");
     }
@@ -167,6 +169,7 @@ fn longest_downlink_messages() {
         (Downlink::Health(health), 106),
         (Downlink::ParametersInForce(in_force), 8),
         (Downlink::Stepped { uptime_ticks: u64::MAX }, 11),
+        (Downlink::Guidance(guidance()), 103),
     ] {
         assert_eq!(length(&message), bytes, "{message:?}");
     }

@@ -41,6 +41,9 @@ fn frames_of_both_versions_are_taken() {
     assert_eq!(packets.len(), 3);
     packets.iter().for_each(assert_ping);
     assert_eq!((decoder.damaged(), decoder.unknown()), (0, 0));
+    let again: Vec<_> =
+        packets.iter().flat_map(|packet| packet.frame().as_bytes().to_vec()).collect();
+    assert_eq!(again, bytes);
 }
 
 #[test]
@@ -51,8 +54,9 @@ fn a_signed_frame_is_taken_whole() {
     let crc = mavlink::calculate_crc(&signed[1..end], PING_DATA::EXTRA_CRC);
     signed[end..].copy_from_slice(&crc.to_le_bytes());
     signed.extend([0xfd; 13]); // a signature that looks like starts of frames
-    let packets = decoded(&mut Decoder::new(), &[signed, frame()].concat());
+    let packets = decoded(&mut Decoder::new(), &[&signed[..], &frame()].concat());
     assert_eq!(packets.len(), 2);
+    assert_eq!(packets[0].frame().as_bytes(), signed);
     packets.iter().for_each(assert_ping);
 }
 

@@ -61,6 +61,7 @@ struct TestVehicle {
     armed_ever: bool,
     cause: Option<Cause>,
     heard: u32,
+    battery: Option<Battery>,
 }
 
 impl TestVehicle {
@@ -79,6 +80,7 @@ impl TestVehicle {
             armed_ever: false,
             cause: None,
             heard: 0,
+            battery: None,
         }
     }
 
@@ -123,7 +125,7 @@ impl Vehicle for TestVehicle {
             ready: Ok(()),
             thrust: 0.5,
             load: 0.25,
-            battery: None,
+            battery: self.battery,
         }
     }
 

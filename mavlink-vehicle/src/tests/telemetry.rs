@@ -34,6 +34,25 @@ fn streams_come_at_their_rates() {
 }
 
 #[test]
+fn a_battery_is_shown_where_there_is_one_and_unknown_elsewhere() {
+    for (battery, voltage, current, remaining) in [
+        (None, u16::MAX, -1, -1),
+        (Some(Battery { voltage: 14.8, current: 9.5, remaining: 0.42 }), 14_800, 950, 42),
+    ] {
+        let mut air = Air::new();
+        air.vehicle.battery = battery;
+        air.run(1.5);
+        let status = air.take::<SYS_STATUS_DATA>().pop().unwrap();
+        let found = (status.voltage_battery, status.current_battery, status.battery_remaining);
+        assert_eq!(found, (voltage, current, remaining));
+        let status = air.take::<BATTERY_STATUS_DATA>().pop().unwrap();
+        let found = (status.voltages[0], status.current_battery, status.battery_remaining);
+        assert_eq!(found, (voltage, current, remaining));
+        assert!(status.voltages[1..].iter().all(|cell| *cell == u16::MAX));
+    }
+}
+
+#[test]
 fn a_slow_link_stretches_everything_but_the_heartbeat() {
     let mut air = Air::new();
     air.protocol = protocol(&ProtocolConfig { stretch: 10, ..ProtocolConfig::default() });

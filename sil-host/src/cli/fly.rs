@@ -14,6 +14,7 @@ use sil_host::fly::{
     FlyError, FlyEvent, FlyOptions, ImageOptions, ImageReport, PortOptions, fly as fly_session,
     fly_image, read_key,
 };
+use sil_host::log::LogOptions;
 use sil_host::log::format::Format;
 use sil_host::pil::emulator::{Emulator, QEMU, SHIFT};
 use sil_host::report::{self, FlightReport};
@@ -45,10 +46,12 @@ pub struct FlyArguments {
         overrides_with = "tcp"
     )]
     pub tcp: SocketAddr,
-    /// Fly the firmware's image in the emulator, with this program's plant, by MAVLink over its own port: TCP, one
-    /// station at a time; no results are written.
-    #[arg(long, value_name = "ELF", conflicts_with_all = ["system", "px4", "signing_key", "origin", "udp"])]
+    /// Fly the firmware's image in the emulator, with this program's plant, by MAVLink over its own port.
+    #[arg(long, value_name = "ELF", conflicts_with_all = ["system", "px4", "origin"])]
     pub image: Option<PathBuf>,
+    /// With an image: file that stands for the chip's memory of parameters and signing key.
+    #[arg(long, value_name = "FILE", requires = "image")]
+    pub memory: Option<PathBuf>,
     /// Number of the system in MAVLink.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=250))]
     pub system: u8,
@@ -76,12 +79,20 @@ pub struct FlyArguments {
 }
 
 impl FlyArguments {
-    fn options(&self) -> Result<FlyOptions, FlyError> {
+    fn ports(&self) -> PortOptions {
+        PortOptions { udp: self.udp.clone(), tcp: Some(self.tcp) }
+    }
+
+    fn log(&self) -> LogOptions {
         let mut log = self.log.options();
         log.formats.push(Format::Ulog); // a second one of the same name is none
+        log
+    }
+
+    fn options(&self) -> Result<FlyOptions, FlyError> {
         let plain = ProtocolConfig::default();
         Ok(FlyOptions {
-            ports: PortOptions { udp: self.udp.clone(), tcp: Some(self.tcp) },
+            ports: self.ports(),
             protocol: ProtocolConfig {
                 system: self.system,
                 autopilot: if self.px4 { Autopilot::Px4 } else { Autopilot::Generic },
@@ -92,7 +103,7 @@ impl FlyArguments {
             speed: self.speed,
             duration: self.duration,
             out: self.out.clone(),
-            log,
+            log: self.log(),
             trace_every: self.trace_every,
         })
     }
@@ -108,51 +119,68 @@ pub fn fly(arguments: &FlyArguments) -> Result<bool, FlyError> {
     if let Some(image) = &arguments.image {
         return fly_the_image(arguments, &loaded, image, &interrupts);
     }
-    let reports =
-        fly_session(&loaded, &arguments.options()?, &interrupts, &mut |event| match event {
-            FlyEvent::Listening(tcp) => print_connections(arguments, tcp),
-            FlyEvent::Flown(report) => print!("{}", report::table(report, false)),
-            FlyEvent::Landing => println!("landing; again to stop at once"),
-            FlyEvent::Late(ticks) => eprintln!("{ticks} ticks given up: the computer is too slow"),
-        })?;
+    let reports = fly_session(&loaded, &arguments.options()?, &interrupts, &mut |event| {
+        show(arguments, &event);
+    })?;
     Ok(reports.iter().all(FlightReport::passed))
 }
 
-/// Flies the image; `true` if every wrench was inside its bounds.
+fn show(arguments: &FlyArguments, event: &FlyEvent<'_>) {
+    match event {
+        FlyEvent::Listening(tcp) => print_connections(arguments, *tcp),
+        FlyEvent::Flown(report) => print!("{}", report::table(report, false)),
+        FlyEvent::Landing => println!("landing; again to stop at once"),
+        FlyEvent::Late(ticks) => eprintln!("{ticks} ticks given up: the computer is too slow"),
+    }
+}
+
+/// Flies the image; `true` if every guarantee of every flight held and no bit differed from the law on the host.
 fn fly_the_image(
     arguments: &FlyArguments,
     loaded: &LoadedScenario,
     image: &Path,
     interrupts: &AtomicUsize,
 ) -> Result<bool, FlyError> {
-    let emulator =
-        Emulator { program: QEMU.into(), image: image.to_owned(), shift: SHIFT, counted: true };
-    let (tcp, speed, duration) = (arguments.tcp, arguments.speed, arguments.duration);
-    let options = ImageOptions { emulator, tcp, speed, duration };
-    let report = fly_image(loaded, &options, interrupts, &mut |address| {
-        println!("MAVLink of the image, system 1, {speed} times real time");
-        println!("  TCP at {address}: MAVSDK tcpout://{address}, MAVProxy --master=tcp:{address}");
-        println!("  Ctrl-C stops at once");
-    })?;
-    let ImageReport { ticks, flights, thrust, torque_max, height_max, late, skipped, .. } = report;
+    if let (Some(key), None) = (&arguments.signing_key, &arguments.memory) {
+        let reason = "the image keeps a key in its memory: give it one by --memory FILE";
+        return Err(FlyError::Key(key.clone(), reason.to_owned()));
+    }
+    let options = ImageOptions {
+        emulator: Emulator {
+            program: QEMU.into(),
+            image: image.to_owned(),
+            shift: SHIFT,
+            counted: true,
+        },
+        ports: arguments.ports(),
+        memory: arguments.memory.clone(),
+        signing_key: arguments.signing_key.as_deref().map(read_key).transpose()?,
+        speed: arguments.speed,
+        duration: arguments.duration,
+        out: arguments.out.clone(),
+        log: arguments.log(),
+        trace_every: arguments.trace_every,
+    };
+    let report = fly_image(loaded, &options, interrupts, &mut |event| show(arguments, &event))?;
+    let passed = report.passed();
+    let ImageReport { flights, ticks, compared, difference, height_max, late, skipped } = report;
     println!(
-        "{flights} flights in {ticks} ticks, up to {height_max:.2} m; {late:.1} s behind the clock"
+        "{} flights in {ticks} ticks, up to {height_max:.2} m; {late:.1} s behind the clock",
+        flights.len()
     );
+    match difference {
+        Some(difference) => println!("the image differs from the law on the host: {difference}"),
+        None => println!("{compared} ticks of flight with the bits of the law on the host"),
+    }
     if skipped > 0 {
         println!("{skipped} ticks without telemetry: the image was too busy to send it");
     }
-    if flights > 0 {
-        let (lowest, highest) = thrust;
-        let verdict = if report.bounded { "inside the bounds" } else { "OUTSIDE the bounds" };
-        println!(
-            "thrust {lowest:.3} to {highest:.3} N, torque up to {torque_max:.4} N m: {verdict}"
-        );
-    }
-    Ok(report.bounded)
+    Ok(passed)
 }
 
 fn print_connections(arguments: &FlyArguments, tcp: Option<SocketAddr>) {
-    println!("MAVLink, system {}, {} times real time", arguments.system, arguments.speed);
+    let who = if arguments.image.is_some() { " of the image" } else { "" };
+    println!("MAVLink{who}, system {}, {} times real time", arguments.system, arguments.speed);
     for address in &arguments.udp {
         println!("  UDP to {address}: QGroundControl finds it; MAVSDK udpin://{address}");
     }
@@ -162,7 +190,8 @@ fn print_connections(arguments: &FlyArguments, tcp: Option<SocketAddr>) {
     if arguments.signing_key.is_some() {
         println!("  signed: stations need the same key");
     }
-    println!("  Ctrl-C lands and stops");
+    let lands = if arguments.image.is_some() { "stops at once" } else { "lands and stops" };
+    println!("  Ctrl-C {lands}");
 }
 
 /// Counts Ctrl-C and requests to end.

@@ -8,7 +8,11 @@
 mod error;
 pub mod failsafe;
 mod image;
+mod image_law;
+mod image_line;
+mod observed_law;
 mod pace;
+mod plant;
 mod ports;
 mod record;
 mod session;
@@ -17,6 +21,7 @@ mod vehicle;
 
 pub use error::FlyError;
 pub use image::{ImageOptions, ImageReport, fly_image};
+pub use mavlink_vehicle::SigningKey;
 pub use ports::{PortOptions, Ports};
 pub use record::{FlightLogs, FlownReport};
 pub use session::{FlyEvent, FlyOptions, fly};

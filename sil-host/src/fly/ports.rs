@@ -166,16 +166,22 @@ impl Connection {
     }
 
     fn flush(&mut self) {
-        while !self.owed.is_empty() {
-            match self.stream.write(&self.owed) {
-                Ok(0) => return self.closed = true,
-                Ok(count) => {
-                    self.owed.drain(..count);
-                }
-                Err(error) if error.kind() == ErrorKind::WouldBlock => return,
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(_) => return self.closed = true,
+        self.closed |= !write_owed(&mut self.stream, &mut self.owed);
+    }
+}
+
+/// Writes as much of what is owed as the stream takes now; `false` if it is closed.
+pub(super) fn write_owed(stream: &mut TcpStream, owed: &mut Vec<u8>) -> bool {
+    while !owed.is_empty() {
+        match stream.write(owed) {
+            Ok(0) => return false,
+            Ok(count) => {
+                owed.drain(..count);
             }
+            Err(error) if error.kind() == ErrorKind::WouldBlock => return true,
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(_) => return false,
         }
     }
+    true
 }

@@ -5,7 +5,10 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
+use ctrl_core::controller::ControllerConfig;
+use ctrl_core::error::ConfigError;
 use ctrl_core::mode::Mode;
+use ctrl_core::mode::navigation::NavigationMode;
 use mavlink_vehicle::LogEntry;
 use sim::guarantee::applied::Applied;
 use sim::guarantee::status::Faults;
@@ -13,8 +16,9 @@ use sim::guarantee::wrench::{Thrust, Torque};
 use sim::guarantee::{Monitor, Verdict};
 use sim::observer::Observer;
 use sim::scenario::Scenario;
+use sim::tick::Tick;
 
-use super::vehicle::FlownTick;
+use super::error::FlyError;
 use crate::log::description::Description;
 use crate::log::moment::LoggedStatus;
 use crate::log::{FlightLog, LogOptions};
@@ -50,7 +54,7 @@ struct Recorder {
     directory: PathBuf,
     trace: TraceWriter<File>,
     log: FlightLog,
-    monitors: (Thrust, Torque, Applied, Faults),
+    monitors: Monitors,
     /// First tick of the flight.
     start: u64,
     ticks: u64,
@@ -89,16 +93,33 @@ impl FlightLogs {
     ///
     /// # Errors
     /// When results cannot be written.
-    pub fn observe(&mut self, flown: &FlownTick) -> io::Result<Option<&FlownReport>> {
-        let mode = flown.outputs.mode;
+    pub fn observe(
+        &mut self,
+        tick: &Tick,
+        mode: Mode,
+        navigation: NavigationMode,
+    ) -> io::Result<Option<&FlownReport>> {
         let armed = matches!(mode, Mode::Armed | Mode::Flying | Mode::Failsafe);
         if armed && self.current.is_none() {
-            self.begin(flown.tick.tick)?;
+            self.begin(tick.tick)?;
         }
         if let Some(recorder) = &mut self.current {
-            recorder.observe(flown);
+            recorder.observe(*tick, mode, navigation);
         }
         if armed { Ok(None) } else { self.end() }
+    }
+
+    /// Judges and describes flights by other parameters of the controller, from the one that is about to start.
+    ///
+    /// # Errors
+    /// Names the parameter that the controller refuses; nothing is then changed.
+    pub fn follow(&mut self, controller: &ControllerConfig) -> Result<(), ConfigError> {
+        self.description.follow(controller)?;
+        self.scenario.controller = *controller;
+        if let Some(recorder) = self.current.as_mut().filter(|recorder| !recorder.flew) {
+            recorder.monitors = monitors(&self.scenario);
+        }
+        Ok(())
     }
 
     fn begin(&mut self, start: u64) -> io::Result<()> {
@@ -106,13 +127,7 @@ impl FlightLogs {
         fs::create_dir_all(&directory)?;
         let trace = TraceWriter::new(File::create(directory.join("trace.csv"))?, self.trace_every)?;
         let log = FlightLog::create(&self.options, &self.description, &directory)?;
-        let law = &self.scenario.controller;
-        let monitors = (
-            Thrust::new(law),
-            Torque::new(law),
-            Applied::new(&self.scenario.effective_actuation()),
-            Faults::default(),
-        );
+        let monitors = monitors(&self.scenario);
         let started = Instant::now();
         self.current = Some(Recorder {
             directory,
@@ -159,6 +174,11 @@ impl FlightLogs {
         Ok(self.reports.last())
     }
 
+    /// The error of results that cannot be written.
+    pub(super) fn unwritable(&self, error: io::Error) -> FlyError {
+        FlyError::Output(self.directory.clone(), error)
+    }
+
     /// Reports of the flights that are done.
     #[must_use]
     pub fn reports(&self) -> &[FlownReport] {
@@ -183,20 +203,28 @@ impl FlightLogs {
     }
 }
 
+/// Monitors of what is guaranteed whatever a station asks for.
+type Monitors = (Thrust, Torque, Applied, Faults);
+
+fn monitors(scenario: &Scenario) -> Monitors {
+    let law = &scenario.controller;
+    let applied = Applied::new(&scenario.effective_actuation());
+    (Thrust::new(law), Torque::new(law), applied, Faults::default())
+}
+
 impl Recorder {
-    fn observe(&mut self, flown: &FlownTick) {
-        let mut tick = flown.tick;
+    fn observe(&mut self, mut tick: Tick, mode: Mode, navigation: NavigationMode) {
         let period = if tick.tick == 0 { 0.0 } else { tick.time / tick.tick as f64 };
         tick.tick -= self.start;
         tick.time = tick.tick as f64 * period;
         self.ticks = tick.tick + 1;
         self.trace.observe(&tick);
-        let armed = flown.outputs.mode != Mode::Disarmed;
-        self.log.set_mode(LoggedStatus { armed, navigation: flown.navigation });
+        let armed = mode != Mode::Disarmed;
+        self.log.set_mode(LoggedStatus { armed, navigation });
         self.log.observe(&tick);
         let (thrust, torque, applied, faults) = &mut self.monitors;
         // The bounds are the law's: it does not run on the ground, nor in the failsafe's descent.
-        if flown.outputs.mode == Mode::Flying {
+        if mode == Mode::Flying {
             self.flew = true;
             thrust.observe(&tick);
             torque.observe(&tick);

@@ -21,7 +21,7 @@ use super::pace::Pace;
 use super::ports::{PortOptions, Ports};
 use super::record::{FlightLogs, FlownReport};
 use super::signing;
-use super::vehicle::FlownVehicle;
+use super::vehicle::{FlownTick, FlownVehicle};
 use crate::log::LogOptions;
 use crate::log::description::Description;
 
@@ -92,8 +92,13 @@ pub fn fly(
     let mut ending = Ending::default();
     loop {
         for _ in 0..pace.due(Instant::now()) {
-            let flown = vehicle.tick();
-            if let Some(report) = logs.observe(&flown).map_err(unwritable)? {
+            let FlownTick { tick, outputs, navigation } = vehicle.tick();
+            if let Some(changed) = vehicle.take_changed() {
+                logs.follow(&changed)?;
+            }
+            if let Some(report) =
+                logs.observe(&tick, outputs.mode, navigation).map_err(unwritable)?
+            {
                 show(FlyEvent::Flown(report));
             }
         }

@@ -2,8 +2,8 @@
 
 use ctrl_core::allocation::Allocator;
 use ctrl_core::controller::{
-    AdaptiveController, AnyController, AnyControllerState, Auxiliary, ControllerConfig, Estimates,
-    Intermediates, LastingEstimates, TrackingController,
+    AdaptiveController, Auxiliary, ControllerConfig, Estimates, Intermediates, LastingEstimates,
+    TrackingController,
 };
 use ctrl_core::error::ConfigError;
 use ctrl_core::mode::Mode;
@@ -22,17 +22,16 @@ use glam::Vec3;
 use link::{ControllerKind, ParametersInForce};
 use mavlink_vehicle::{Battery, View};
 use sim::evaluation::Evaluation;
-use sim::guarantee::lyapunov::Evaluator;
-use sim::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
 use sim::plant::ground::GroundedVehicle;
 use sim::plant::rotors::RotorsConfig;
 use sim::plant::vehicle::Plant;
-use sim::plant::{AppliedWrench, PlantState};
+use sim::plant::{AppliedWrench, Disturbance, PlantState};
 use sim::scenario::Scenario;
-use sim::state_source::StateSource;
 use sim::tick::Tick;
 
 use super::error::FlyError;
+use super::observed_law::ObservedLaw;
+use super::plant::FlownPlant;
 
 /// The name of this vehicle in the session's handshake.
 const BOARD: &str = "sil-host fly";
@@ -70,18 +69,16 @@ pub struct Interference {
 /// A vehicle on the ground or in flight, commanded by a [`Pilot`].
 #[derive(Debug)]
 pub struct FlownVehicle<'m> {
-    plant: GroundedVehicle,
-    disturbance: DisturbanceProcess,
-    source: StateSource,
+    plant: FlownPlant,
     /// The state that the vehicle received at the latest tick.
     measured: VehicleState,
     control: FlightControl,
     session: HostSession<'m>,
     pilot: Pilot,
-    /// The law again, observed: what the control group computes must be the same.
-    law: AnyController,
-    law_state: AnyControllerState,
-    evaluator: Evaluator,
+    /// The law again: what the control group computes must be the same.
+    observed: ObservedLaw,
+    /// The controller that a station has changed, until it is taken.
+    changed: Option<ControllerConfig>,
     status: ControlStatus,
     ticks: u64,
     period: f64,
@@ -114,24 +111,19 @@ impl<'m> FlownVehicle<'m> {
                 control.set_battery(&battery)?;
             }
         }
-        let period = f64::from(law.step_period());
-        let start = scenario.initial.state();
-        let standing = PlantState { position_world: start.position_world.with_z(0.0), ..start };
+        let plant = FlownPlant::new(scenario)?;
         Ok(Self {
-            plant: GroundedVehicle::new(scenario.vehicle(standing, period)?, 0.0),
-            disturbance: DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period),
-            source: StateSource::new(scenario, law.step_period(), &standing)?,
-            measured: standing.measured(),
+            measured: plant.truth().measured(),
+            plant,
             control,
             session,
             pilot,
-            law_state: law.initial_state(),
-            evaluator: scenario.evaluator(),
+            observed: ObservedLaw::new(scenario)?,
+            changed: None,
             thrust_max: law.bounds().thrust_max,
-            law,
             status: ControlStatus::default(),
             ticks: 0,
-            period,
+            period: law.step_period().into(),
             thrust: 0.0,
             differs: false,
             interference: Interference::default(),
@@ -142,16 +134,13 @@ impl<'m> FlownVehicle<'m> {
     /// One control tick: sample, reference, control group, plant.
     pub fn tick(&mut self) -> FlownTick {
         let truth = *self.plant.truth();
-        let measured = self.source.measure(&truth);
+        let measured = self.plant.measure();
         let Interference { sample_lost, overrun, kill, .. } = self.interference;
         // What is lost leaves the one before: the law holds it, too.
         self.measured = if sample_lost { self.measured } else { measured };
         let sample = (!sample_lost).then_some(measured);
         let reference = self.pilot.step(self.status.mode, sample.as_ref()).reference;
-        if let Some(law) = self.session.take_law() {
-            self.control.replace_law(law);
-            (self.law, self.thrust_max) = (*law, law.bounds().thrust_max);
-        }
+        self.follow_law();
         let inputs = Inputs {
             sample: sample.map(|state| StateSample { state, age_ticks: 0 }),
             reference,
@@ -167,9 +156,7 @@ impl<'m> FlownVehicle<'m> {
             self.pilot.answered(answer);
         }
         self.pilot.react(outputs.mode, &outputs.safety);
-        let mut disturbance = self.disturbance.advance(&truth);
-        let applied = self.act(&outputs);
-        self.plant.add_drag(&mut disturbance);
+        let (applied, disturbance) = self.act(&outputs);
         let mut tick = Tick {
             tick: self.ticks,
             time: self.ticks as f64 * self.period,
@@ -182,11 +169,13 @@ impl<'m> FlownVehicle<'m> {
             estimates: Estimates::NONE,
             auxiliary: Auxiliary::REST,
             lasting: LastingEstimates::default(),
+            battery: self.plant.grounded().battery(),
             disturbance,
             evaluation: Evaluation::default(),
         };
         tick.output.wrench = outputs.wrench;
-        self.observe_law(&mut tick, &outputs);
+        let observed = self.observed.observe(&mut tick, outputs.mode, &self.measured);
+        self.differs |= observed.is_some_and(|step| step.output != outputs.step);
         self.plant.advance(&disturbance);
         self.ticks += 1;
         self.thrust = outputs.wrench.thrust;
@@ -196,6 +185,22 @@ impl<'m> FlownVehicle<'m> {
             uptime: self.ticks as u32, // wraps, as the firmware's
         };
         FlownTick { tick, outputs, navigation: self.pilot.navigator().mode() }
+    }
+
+    /// Takes a law that has replaced the one before.
+    fn follow_law(&mut self) {
+        let Some(law) = self.session.take_law() else { return };
+        self.control.replace_law(law);
+        self.thrust_max = law.bounds().thrust_max;
+        let config = self.session.tuning().config();
+        // The session has built the same law.
+        self.differs |= self.observed.follow(&config).is_err();
+        self.changed = Some(config);
+    }
+
+    /// The controller that a station has changed since it was last asked for.
+    pub fn take_changed(&mut self) -> Option<ControllerConfig> {
+        self.changed.take()
     }
 
     fn health(&self) -> Health {
@@ -209,30 +214,23 @@ impl<'m> FlownVehicle<'m> {
 
     /// Gives the plant what the rotors are commanded: their thrusts, if the scenario has rotors, otherwise the
     /// wrench that the allocation achieved; without the one that interference has made fail.
-    fn act(&mut self, outputs: &Outputs) -> AppliedWrench {
+    fn act(&mut self, outputs: &Outputs) -> (AppliedWrench, Disturbance) {
         let failed = self.interference.failed_rotor;
         let thrusts = outputs.thrusts.map(|mut thrusts| {
             thrusts.iter_mut().skip(failed.unwrap_or(usize::MAX)).take(1).for_each(|it| *it = 0.0);
             thrusts
         });
-        if let Some(applied) = self.plant.vehicle_mut().command_thrusts(thrusts.as_ref()) {
-            return applied;
-        }
         let wrench = match (&thrusts, failed) {
             (Some(thrusts), Some(_)) => self.rotors.wrench(thrusts),
             _ => outputs.achieved,
         };
-        self.plant.command(&wrench)
+        self.plant.command_rotors(thrusts.as_ref(), &wrench)
     }
 
     /// The battery of the plant, if the scenario has one.
     #[must_use]
     pub fn battery(&self) -> Option<Battery> {
-        self.plant.vehicle().battery().map(|state| Battery {
-            voltage: state.voltage as f32,
-            current: state.current as f32,
-            remaining: state.charge as f32,
-        })
+        self.plant.battery()
     }
 
     /// Takes note of a message of a station.
@@ -251,31 +249,6 @@ impl<'m> FlownVehicle<'m> {
     /// Faults from the next tick on.
     pub fn interfere(&mut self, interference: Interference) {
         self.interference = interference;
-    }
-
-    /// Evaluates the law again beside the control group, for its intermediate quantities.
-    fn observe_law(&mut self, tick: &mut Tick, outputs: &Outputs) {
-        if outputs.mode != Mode::Flying {
-            if outputs.mode != Mode::Failsafe {
-                self.law_state = self.law.initial_state();
-            }
-            tick.estimates = self.law.estimates(&self.law_state);
-            tick.evaluation.position_error = tick.position_error();
-            return;
-        }
-        tick.estimates = self.law.estimates(&self.law_state);
-        tick.auxiliary = self.law.auxiliary(&self.law_state);
-        tick.lasting = self.law.lasting(&self.law_state);
-        let mut seen = Intermediates::default();
-        let output = self.law.step_observed(
-            &mut self.law_state,
-            &self.measured,
-            &tick.reference,
-            |intermediates| seen = *intermediates,
-        );
-        self.differs |= output != outputs.step;
-        tick.intermediates = seen;
-        tick.evaluation = self.evaluator.evaluate(tick);
     }
 
     /// The vehicle as the protocol handles it.
@@ -336,7 +309,7 @@ impl<'m> FlownVehicle<'m> {
     /// The plant.
     #[must_use]
     pub fn plant(&self) -> &GroundedVehicle {
-        &self.plant
+        self.plant.grounded()
     }
 
     /// `true` if the control group's step ever differed from the law's, to the bit.

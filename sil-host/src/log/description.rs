@@ -48,6 +48,8 @@ pub struct Description {
     pub bounds: WrenchBounds,
     /// The rotors that the log allocates the command to: those of the firmware's vehicle.
     pub geometry: Option<RotorGeometry>,
+    /// The plant has a battery.
+    pub battery: bool,
     /// The reference from start to end, at [`PATH`] instants or, in a short flight, at every tick.
     pub path: Vec<Reference>,
 }
@@ -72,8 +74,24 @@ impl Description {
             step_period: scenario.controller.step_period().into(),
             bounds: loaded.flight()?.controller().bounds(),
             geometry: Some(VEHICLE.geometry.clone()),
+            battery: scenario.rotors.as_ref().is_some_and(|rotors| rotors.battery.is_some()),
             path: path(scenario).map_err(|error| loaded.refusal(&error))?,
         })
+    }
+}
+
+impl Description {
+    /// Follows parameters of the controller that have changed since.
+    ///
+    /// # Errors
+    /// Names the parameter that the controller refuses; nothing is then changed.
+    pub fn follow(&mut self, controller: &ControllerConfig) -> Result<(), ConfigError> {
+        self.bounds = controller.build()?.bounds();
+        for (name, value) in parameters_of(controller) {
+            let known = self.parameters.iter_mut().find(|(known, _)| *known == name);
+            known.into_iter().for_each(|(_, old)| *old = value);
+        }
+        Ok(())
     }
 }
 
@@ -85,10 +103,7 @@ fn path(scenario: &Scenario) -> Result<Vec<Reference>, ConfigError> {
 }
 
 fn parameters(scenario: &Scenario) -> Vec<(String, f32)> {
-    let mut all = match &scenario.controller {
-        ControllerConfig::RobustAdaptive(config) => named(config),
-        ControllerConfig::Saturated(config) => named(config),
-    };
+    let mut all = parameters_of(&scenario.controller);
     let vehicle = &scenario.vehicle;
     let [x, y, z] = vehicle.inertia.to_array();
     let rest = [
@@ -100,6 +115,13 @@ fn parameters(scenario: &Scenario) -> Vec<(String, f32)> {
     ];
     all.extend(rest.map(|(name, value)| (name.to_owned(), value as f32)));
     all
+}
+
+fn parameters_of(controller: &ControllerConfig) -> Vec<(String, f32)> {
+    match controller {
+        ControllerConfig::RobustAdaptive(config) => named(config),
+        ControllerConfig::Saturated(config) => named(config),
+    }
 }
 
 /// The names of `docs/protocol.md` with their values.

@@ -7,6 +7,7 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 
 use super::frame::{frd, ned, ned_from_frd, yaw};
 use super::moment::{MOTORS, Moment, reference_attitude};
+use sim::plant::rotors::BatteryState;
 use sim::quantity::Quantity;
 use sim::quantity::Value::{self, Quaternion, Single, Time, Vector};
 
@@ -58,11 +59,11 @@ const fn field(
 }
 
 /// The topics for a controller with these bounds; the torque is normalised by its bound, hence left out
-/// without one.
-pub fn topics(bounds: &WrenchBounds) -> impl Iterator<Item = &'static Px4Topic> {
+/// without one, and so is the battery where there is none.
+pub fn topics(bounds: &WrenchBounds, battery: bool) -> impl Iterator<Item = &'static Px4Topic> {
     let limited = bounds.torque_max.max_element() < f32::MAX;
     let torque = limited.then_some(&VEHICLE_TORQUE_SETPOINT);
-    ALL.iter().copied().chain(torque)
+    ALL.iter().copied().chain(torque).chain(battery.then_some(&BATTERY_STATUS))
 }
 
 const ALL: &[&Px4Topic] = &[
@@ -248,6 +249,27 @@ const VEHICLE_TORQUE_SETPOINT: Px4Topic = Px4Topic {
     fields: &[SAMPLED, field("xyz", "-", "FRD", Vector(normalised_torque))],
     more: &[],
 };
+
+const BATTERY_STATUS: Px4Topic = Px4Topic {
+    name: "battery_status",
+    meaning: "the plant's battery; with `[rotors.battery]` only",
+    fields: &[
+        field("voltage_v", "V", "at the terminals", Single(|m| battery(m).voltage as f32)),
+        field("current_a", "A", "drawn by the rotors", Single(|m| battery(m).current as f32)),
+        field("remaining", "-", "rest of the charge", Single(|m| battery(m).charge as f32)),
+    ],
+    more: &[More {
+        name: "connected",
+        unit: "-",
+        meaning: "1, there is one",
+        value: MoreValue::State(|_| 1),
+    }],
+};
+
+fn battery(m: &Moment) -> BatteryState {
+    let none = BatteryState { voltage: f64::NAN, current: f64::NAN, charge: f64::NAN };
+    m.tick.battery.unwrap_or(none)
+}
 
 fn vector(v: DVec3) -> Vec3 {
     v.as_vec3()

@@ -21,7 +21,7 @@ fn all() -> Vec<(String, &'static str, Vec<Field>)> {
         let fields = topic.quantities.iter().map(field).collect();
         (format!("{PREFIX}_{}", topic.name), topic.meaning, fields)
     });
-    let px4 = px4::topics(&BOUNDS).map(|topic| {
+    let px4 = px4::topics(&BOUNDS, true).map(|topic| {
         let more = topic.more.iter().map(more);
         (topic.name.to_owned(), topic.meaning, topic.fields.iter().map(field).chain(more).collect())
     });

@@ -8,14 +8,11 @@ use std::collections::VecDeque;
 
 use ctrl_core::vehicle::VehicleState;
 
-use super::PilError;
-use super::comparison::{Step, first_difference};
-use super::on_vehicle::InFlight;
+use super::comparison::Step;
 
 /// Ticks of which a vehicle in the emulator has not answered.
 #[derive(Debug)]
 pub struct Ahead {
-    /// Ticks that are sent at once, at least 1.
     batch: usize,
     /// Packets that have not been sent.
     packets: Vec<Vec<u8>>,
@@ -23,63 +20,36 @@ pub struct Ahead {
     unanswered: VecDeque<(VehicleState, Step)>,
 }
 
-impl InFlight<'_> {
-    /// The host flies ahead of the vehicle, and sends `batch` ticks at once.
-    #[must_use]
-    pub fn ahead(mut self, batch: usize) -> Self {
-        let batch = batch.max(1);
-        self.ahead = Some(Ahead { batch, packets: Vec::new(), unanswered: VecDeque::new() });
-        self
+impl Ahead {
+    /// No tick yet; `batch` of them, at least 1, are sent at once.
+    pub fn new(batch: usize) -> Self {
+        Self { batch: batch.max(1), packets: Vec::new(), unanswered: VecDeque::new() }
     }
 
-    /// A control tick with the sample `vehicle`, in which the law did `expected`. The vehicle flies it later: while
-    /// it is at one batch, the host is at the next.
-    pub(super) fn step_ahead(
-        &mut self,
-        vehicle: &VehicleState,
-        expected: Step,
-    ) -> Result<(), PilError> {
-        let Some(ahead) = &self.ahead else { return Ok(()) };
-        let unanswered = ahead.unanswered.len() as u64;
-        let messages = self.messages(self.ticks + unanswered, vehicle);
-        let packet = self.session.packet(&messages, unanswered);
-        let Some(ahead) = &mut self.ahead else { return Ok(()) };
-        ahead.packets.push(packet);
-        ahead.unanswered.push_back((*vehicle, expected));
-        let batch = ahead.batch;
-        if ahead.packets.len() < batch {
-            return Ok(());
-        }
-        self.send_batch()?;
-        self.receive_until(batch)
+    /// Ticks that are sent at once.
+    pub fn batch(&self) -> usize {
+        self.batch
     }
 
-    /// Sends what waits, and takes in the answers of all ticks.
-    ///
-    /// # Errors
-    /// When the vehicle is silent or has left flight.
-    pub fn finish(&mut self) -> Result<(), PilError> {
-        self.send_batch()?;
-        self.receive_until(0)
+    /// Ticks without an answer.
+    pub fn unanswered(&self) -> usize {
+        self.unanswered.len()
     }
 
-    fn send_batch(&mut self) -> Result<(), PilError> {
-        let Some(ahead) = &mut self.ahead else { return Ok(()) };
-        self.session.send_ahead(&std::mem::take(&mut ahead.packets))
+    /// Puts a tick behind the others: its packet, its sample and the law's step; `true` if a batch is to be sent.
+    pub fn push(&mut self, packet: Vec<u8>, sample: VehicleState, expected: Step) -> bool {
+        self.packets.push(packet);
+        self.unanswered.push_back((sample, expected));
+        self.packets.len() >= self.batch
     }
 
-    /// Takes in answers until only `left` are missing.
-    fn receive_until(&mut self, left: usize) -> Result<(), PilError> {
-        while let Some(ahead) = self.ahead.as_mut().filter(|ahead| ahead.unanswered.len() > left) {
-            let Some((vehicle, expected)) = ahead.unanswered.pop_front() else { break };
-            let tick = self.ticks;
-            let received = self.session.receive()?;
-            if let Some(telemetry) = self.take(&received, &vehicle)?
-                && self.difference.is_none()
-            {
-                self.difference = first_difference(tick, &Step::from(&telemetry), &expected);
-            }
-        }
-        Ok(())
+    /// The packets that have not been sent.
+    pub fn take_packets(&mut self) -> Vec<Vec<u8>> {
+        std::mem::take(&mut self.packets)
+    }
+
+    /// The oldest tick without an answer, if more than `left` have none.
+    pub fn next_unanswered(&mut self, left: usize) -> Option<(VehicleState, Step)> {
+        if self.unanswered.len() > left { self.unanswered.pop_front() } else { None }
     }
 }

@@ -26,9 +26,9 @@ const UNRECEIVED_MAX: u64 = 100;
 /// The vehicle's side of a flight, as the host sees it.
 #[derive(Debug)]
 pub struct InFlight<'a> {
-    pub(super) session: &'a mut VehicleSession,
+    session: &'a mut VehicleSession,
     /// Ticks that the vehicle has not answered, if the host flies ahead of it.
-    pub(super) ahead: Option<Ahead>,
+    ahead: Option<Ahead>,
     /// Samples of the sensors of each tick, for a vehicle that flies by them.
     samples: Option<Receiver<SensorSamples>>,
     /// Ticks in a row of which no telemetry has arrived.
@@ -57,8 +57,14 @@ impl<'a> InFlight<'a> {
         Self { samples: Some(samples), ..self }
     }
 
+    /// The host flies ahead of the vehicle, and sends `batch` ticks at once.
+    #[must_use]
+    pub fn ahead(self, batch: usize) -> Self {
+        Self { ahead: Some(Ahead::new(batch)), ..self }
+    }
+
     /// The messages of a tick: the state, or what the sensors gave; the first one starts the flight.
-    pub(super) fn messages(&self, tick: u64, vehicle: &VehicleState) -> Vec<Uplink> {
+    fn messages(&self, tick: u64, vehicle: &VehicleState) -> Vec<Uplink> {
         let mut messages = self.sampled(tick, vehicle);
         if tick == 0 {
             messages.push(Uplink::Command(Command::Start));
@@ -86,7 +92,7 @@ impl<'a> InFlight<'a> {
     }
 
     /// Takes in the messages of the vehicle's tick with the sample `vehicle`.
-    pub(super) fn take(
+    fn take(
         &mut self,
         received: &[Downlink],
         vehicle: &VehicleState,
@@ -105,6 +111,43 @@ impl<'a> InFlight<'a> {
         }
         self.ticks += 1;
         Ok(telemetry)
+    }
+
+    /// A control tick with the sample `vehicle`, in which the law did `expected`. The vehicle flies it later: while
+    /// it is at one batch, the host is at the next.
+    fn step_ahead(&mut self, vehicle: &VehicleState, expected: Step) -> Result<(), PilError> {
+        let unanswered = self.ahead.as_ref().map_or(0, Ahead::unanswered) as u64;
+        let messages = self.messages(self.ticks + unanswered, vehicle);
+        let packet = self.session.packet(&messages, unanswered);
+        let Some(ahead) = &mut self.ahead else { return Ok(()) };
+        let (whole, batch) = (ahead.push(packet, *vehicle, expected), ahead.batch());
+        if whole { self.exchange_until(batch) } else { Ok(()) }
+    }
+
+    /// Sends what waits, and takes in the answers of all ticks.
+    ///
+    /// # Errors
+    /// When the vehicle is silent or has left flight.
+    pub fn finish(&mut self) -> Result<(), PilError> {
+        self.exchange_until(0)
+    }
+
+    /// Sends what waits, and takes in answers until only `left` are missing.
+    fn exchange_until(&mut self, left: usize) -> Result<(), PilError> {
+        let Some(ahead) = &mut self.ahead else { return Ok(()) };
+        self.session.send_ahead(&ahead.take_packets())?;
+        while let Some((vehicle, expected)) =
+            self.ahead.as_mut().and_then(|ahead| ahead.next_unanswered(left))
+        {
+            let tick = self.ticks;
+            let received = self.session.receive()?;
+            if let Some(telemetry) = self.take(&received, &vehicle)?
+                && self.difference.is_none()
+            {
+                self.difference = first_difference(tick, &Step::from(&telemetry), &expected);
+            }
+        }
+        Ok(())
     }
 
     /// The telemetry of this tick among the received messages; older telemetry is ignored.

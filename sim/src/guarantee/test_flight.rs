@@ -121,6 +121,7 @@ pub fn fly<C: AdaptiveController>(
             lasting,
             disturbance,
             law: true,
+            battery: None,
             evaluation: Evaluation::default(),
         };
         tamper(&mut tick);

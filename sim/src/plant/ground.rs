@@ -7,6 +7,7 @@ use crate::norm::Norm;
 use ctrl_core::vehicle::Wrench;
 use glam::{DQuat, DVec3};
 
+use super::rotors::BatteryState;
 use super::vehicle::{Plant, Vehicle};
 use super::{AppliedWrench, Disturbance, PlantState};
 
@@ -68,6 +69,10 @@ impl Plant for GroundedVehicle {
 
     fn add_drag(&self, held: &mut Disturbance) {
         self.vehicle.add_drag(held);
+    }
+
+    fn battery(&self) -> Option<BatteryState> {
+        self.vehicle.battery()
     }
 
     fn advance(&mut self, disturbance: &Disturbance) {

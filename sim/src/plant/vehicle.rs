@@ -21,6 +21,11 @@ pub trait Plant {
     /// through the air: nothing, unless it has rotors with drag.
     fn add_drag(&self, _held: &mut Disturbance) {}
 
+    /// The battery, if there is one.
+    fn battery(&self) -> Option<BatteryState> {
+        None
+    }
+
     /// Moves on by one step period under the latest command and a held disturbance.
     fn advance(&mut self, disturbance: &Disturbance);
 }
@@ -66,15 +71,6 @@ impl Vehicle {
         }
     }
 
-    /// The battery, if the vehicle has one.
-    #[must_use]
-    pub fn battery(&self) -> Option<BatteryState> {
-        match &self.drive {
-            Drive::Rotors(rotors) => rotors.battery(),
-            Drive::Ideal | Drive::Wrench(_) => None,
-        }
-    }
-
     /// Puts the vehicle into another state: what it touches may move it, too.
     pub(super) fn place(&mut self, truth: PlantState) {
         self.truth = truth;
@@ -101,6 +97,14 @@ impl Plant for Vehicle {
     fn add_drag(&self, held: &mut Disturbance) {
         if let Drive::Rotors(rotors) = &self.drive {
             rotors.add_drag(&self.truth, held);
+        }
+    }
+
+    #[inline]
+    fn battery(&self) -> Option<BatteryState> {
+        match &self.drive {
+            Drive::Rotors(rotors) => rotors.battery(),
+            Drive::Ideal | Drive::Wrench(_) => None,
         }
     }
 

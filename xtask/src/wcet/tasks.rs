@@ -27,10 +27,11 @@ pub const GROUND_ONLY: &[(&str, &str)] = &[
     ("HostSession>::tune", "as above"),
     ("HostSession>::accept_built_in_trajectory", "parameters are stored while disarmed"),
     ("ParameterStore<F>::append", "as above"),
+    ("ParameterStore<F>::newest", "as above"),
+    ("stored_signing::Change::store", "as above"),
     ("HostSession>::next_to_store", "as above"),
     ("OnboardNavigation::configure", "settings are refused in flight"),
     ("Estimator::start_in", "a start of the estimate is taken on the ground"),
-    ("SigningKey::sign", "the image has no key"),
     ("FlightControl::replace_law", "a law is replaced on the ground"),
     ("firmware::app::announce", "lock step only, in which the vehicle waits for its host anyway"),
 ];

@@ -57,7 +57,7 @@ impl<W: Write> UlogWriter<W> {
             name: format!("{PREFIX}_{}", topic.name),
             fields: Fields::Own(topic.quantities),
         });
-        let known = px4::topics(&description.bounds).map(|topic| Subscribed {
+        let known = px4::topics(&description.bounds, description.battery).map(|topic| Subscribed {
             name: topic.name.to_owned(),
             fields: Fields::Px4(topic.fields, topic.more),
         });

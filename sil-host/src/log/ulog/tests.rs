@@ -28,6 +28,7 @@ fn description() -> Description {
         step_period: 1e-3,
         bounds: BOUNDS,
         geometry: None,
+        battery: false,
         path: Vec::new(),
     }
 }
@@ -169,7 +170,7 @@ fn without_a_bound_there_is_no_torque_setpoint() {
     let names = |torque_max: f32| {
         let torque_max = Vec3::splat(torque_max);
         let bounds = WrenchBounds { torque_max, ..BOUNDS };
-        px4::topics(&bounds).map(|topic| topic.name).collect::<Vec<_>>()
+        px4::topics(&bounds, false).map(|topic| topic.name).collect::<Vec<_>>()
     };
     assert!(names(0.05).contains(&"vehicle_torque_setpoint"));
     assert!(!names(f32::MAX).contains(&"vehicle_torque_setpoint"));

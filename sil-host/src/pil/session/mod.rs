@@ -60,8 +60,12 @@ impl VehicleSession {
     ///
     /// # Errors
     /// As [`boot`](Self::boot).
-    pub fn boot_with_mavlink(emulator: &Emulator, mavlink: &str) -> Result<Self, PilError> {
-        let line = Line::Fifos(Lockstep::start_with(emulator, &[], mavlink)?);
+    pub fn boot_with_mavlink(
+        emulator: &Emulator,
+        directives: &[String],
+        mavlink: &str,
+    ) -> Result<Self, PilError> {
+        let line = Line::Fifos(Lockstep::start_with(emulator, directives, mavlink)?);
         let mut session = Self::over(line, emulator.cost_unit(), None);
         session.receive_packet()?;
         Ok(session)

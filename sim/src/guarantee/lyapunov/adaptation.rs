@@ -5,25 +5,31 @@
 //! the monitor integrates the update law itself, and clamps the result to what the reported number
 //! may stand for: it adds digits to the report, and cannot depart from it.
 
-use glam::DVec3;
+use crate::lanes::Scalars;
 
 /// Relative error of a reported estimate: a digit in the compensation, then a rounded reciprocal.
 const REPORTED: f64 = 3.0 * f32::EPSILON as f64;
 
-/// Three estimates with the digits that the report lacks.
+/// Four estimates of one tick with the digits that the report lacks.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Resolved {
-    value: Option<DVec3>,
+    value: Option<Scalars>,
 }
 
 impl Resolved {
-    /// The estimate at this tick: moved by `increment` since the last one, then projected on `set`,
+    /// The estimates at this tick: moved by `increment` since the last one, then projected on `set`,
     /// then clamped to `reported`.
-    pub fn advance(&mut self, increment: DVec3, set: (DVec3, DVec3), reported: DVec3) -> DVec3 {
+    #[inline(always)]
+    pub fn advance(
+        &mut self,
+        increment: Scalars,
+        set: (Scalars, Scalars),
+        reported: Scalars,
+    ) -> Scalars {
         let predicted = self.value.unwrap_or(reported) + increment;
-        let projected = predicted.clamp(set.0, set.1);
-        let rounding = REPORTED * reported.abs();
-        let value = projected.clamp(reported - rounding, reported + rounding);
+        let projected = predicted.fast_max(set.0).fast_min(set.1);
+        let rounding = Scalars::splat(REPORTED) * reported.abs();
+        let value = projected.fast_max(reported - rounding).fast_min(reported + rounding);
         self.value = Some(value);
         value
     }
@@ -32,19 +38,20 @@ impl Resolved {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::all;
 
     #[test]
     fn digits_below_the_report_are_kept_and_the_report_wins() {
         let mut resolved = Resolved::default();
-        let set = (DVec3::ZERO, DVec3::splat(100.0));
-        let step = DVec3::splat(1e-9);
-        resolved.advance(DVec3::ZERO, set, DVec3::splat(20.0));
-        let mut value = DVec3::ZERO;
+        let set = (all(0.0), all(100.0));
+        let step = all(1e-9);
+        resolved.advance(all(0.0), set, all(20.0));
+        let mut value = all(0.0);
         for _ in 0..100 {
-            value = resolved.advance(step, set, DVec3::splat(20.0));
+            value = resolved.advance(step, set, all(20.0));
         }
-        assert!((value - DVec3::splat(20.000_000_1)).abs().max_element() < 1e-12);
-        value = resolved.advance(step, set, DVec3::splat(21.0));
-        assert!((value - DVec3::splat(21.0)).abs().max_element() <= 21.0 * REPORTED);
+        assert!((value - all(20.000_000_1)).abs().simd_lt(all(1e-12)).all());
+        value = resolved.advance(step, set, all(21.0));
+        assert!((value - all(21.0)).abs().simd_le(all(21.0 * REPORTED)).all());
     }
 }

@@ -10,7 +10,7 @@ use super::parameters::{Parameters, Widths};
 use super::translation::Translation;
 use crate::evaluation::Evaluation;
 use crate::guarantee::block::Block;
-use crate::lanes::{Quaternions, Scalars, Vectors, all};
+use crate::lanes::{LANES, Quaternions, Scalars, Vectors, all, four};
 use crate::norm::Norm;
 use crate::plant::PlantParameters;
 use crate::tick::Tick;
@@ -29,8 +29,8 @@ pub(super) const OUTSIDE_THE_PROOF: StepStatus = StepStatus::FAULT
 #[derive(Clone, Debug)]
 pub struct Evaluator {
     pub(super) parameters: Parameters,
-    inverse_mass: Resolved,
-    inertia: Resolved,
+    /// `a_hat` or `theta_hat`, and `beta`.
+    inertia_and_mass: Resolved,
     gyroscopic_ratio: Resolved,
     lasting: [Resolved; 2],
     /// Of the latest tick.
@@ -90,10 +90,9 @@ pub(crate) struct Increments {
 /// [`Increments`] of one tick.
 #[derive(Clone, Copy, Debug, Default)]
 struct Increment {
-    inverse_mass: f64,
-    inertia: DVec3,
-    gyroscopic_ratio: DVec3,
-    lasting: [DVec3; 2],
+    inertia_and_mass: Scalars,
+    gyroscopic_ratio: Scalars,
+    lasting: [Scalars; 2],
 }
 
 /// Estimates with all their digits, and the thrust that follows from them.
@@ -116,8 +115,7 @@ impl Evaluator {
     pub fn new(law: &ControllerConfig, parameters: &PlantParameters) -> Self {
         Self {
             parameters: Parameters::new(law, parameters),
-            inverse_mass: Resolved::default(),
-            inertia: Resolved::default(),
+            inertia_and_mass: Resolved::default(),
             gyroscopic_ratio: Resolved::default(),
             lasting: [Resolved::default(); 2],
             increments: Increment::default(),
@@ -195,53 +193,71 @@ impl Evaluator {
         };
         let along = v.translation.g.dot(v.body_z).to_array();
         let (lightest, heaviest) = p.inverse_mass_set;
-        let masses = (DVec3::splat(lightest), DVec3::splat(heaviest));
-        let ratios = (DVec3::NEG_ONE, DVec3::ONE);
+        let set = (four(set.0, lightest), four(set.1, heaviest));
+        let reported = reported.fours(law.inverse_mass);
+        let (increments, ratios) = (&v.increments, law.gyroscopic_ratio.fours(all(0.0)));
+        let moved = increments.inertia.fours(all(0.0));
+        let moved_ratio = increments.gyroscopic_ratio.fours(all(0.0));
+        let lasting = increments.lasting.map(|moved| moved.fours(all(0.0)));
+        let accelerations = v.translation.acceleration.fours(all(0.0));
+        let (mut found, mut ratio, mut alpha) =
+            <([Scalars; LANES], [Scalars; LANES], [Scalars; LANES])>::default();
         let mut estimated = Estimated::default();
-        for (lane, along) in along.into_iter().enumerate().take(block.count()) {
+        for lane in 0..block.count() {
             let before = self.increments;
-            let mut acceleration = v.translation.acceleration.lane(lane);
+            let mut acceleration = accelerations[lane];
             if p.integral.is_some() {
                 let lasting = self.lasting_estimates(block, lane);
                 acceleration -= lasting[0];
-                estimated.lasting[0].set(lane, lasting[0]);
-                estimated.lasting[1].set(lane, lasting[1]);
+                for (estimated, [x, y, z, _]) in
+                    estimated.lasting.iter_mut().zip(lasting.map(Scalars::to_array))
+                {
+                    estimated.set(lane, DVec3::new(x, y, z));
+                }
             }
-            let reported_mass = DVec3::splat(law.inverse_mass.as_array()[lane]);
-            let moved = DVec3::splat(before.inverse_mass);
-            let beta = self.inverse_mass.advance(moved, masses, reported_mass).x;
-            let inertia = self.inertia.advance(before.inertia, set, reported.lane(lane));
-            let ratio = law.gyroscopic_ratio.lane(lane);
-            let ratio = self.gyroscopic_ratio.advance(before.gyroscopic_ratio, ratios, ratio);
-            let alpha = acceleration / beta; // (13)
-            let thrust = alpha.norm();
-            let moved = p.dt * p.gamma1 * thrust * along; // (14)
-            estimated.inverse_mass.as_mut_array()[lane] = beta;
-            estimated.inertia.set(lane, inertia);
-            estimated.gyroscopic_ratio.set(lane, ratio);
-            estimated.alpha.set(lane, alpha);
+            found[lane] =
+                self.inertia_and_mass.advance(before.inertia_and_mass, set, reported[lane]);
+            if p.saturated.is_some() {
+                let ratios = (ratios[lane], (all(-1.0), all(1.0)));
+                ratio[lane] =
+                    self.gyroscopic_ratio.advance(before.gyroscopic_ratio, ratios.1, ratios.0);
+            }
+            alpha[lane] = acceleration / all(found[lane].to_array()[3]); // (13)
+            let [x, y, z, _] = alpha[lane].to_array();
+            let thrust = DVec3::new(x, y, z).norm();
+            let moved_mass = p.dt * p.gamma1 * thrust * along[lane]; // (14)
             estimated.thrust.as_mut_array()[lane] = thrust;
-            v.increments.inverse_mass.as_mut_array()[lane] = moved;
-            self.increments = v.increments.lane(lane);
+            v.increments.inverse_mass.as_mut_array()[lane] = moved_mass;
+            let [x, y, z, _] = moved[lane].to_array();
+            self.increments = Increment {
+                inertia_and_mass: Scalars::new([x, y, z, moved_mass]),
+                gyroscopic_ratio: moved_ratio[lane],
+                lasting: lasting.map(|moved| moved[lane]),
+            };
         }
+        (estimated.inertia, estimated.inverse_mass) = Vectors::of_fours(found);
+        estimated.gyroscopic_ratio = Vectors::of_fours(ratio).0;
+        estimated.alpha = Vectors::of_fours(alpha).0;
         estimated
     }
 
     /// `d_hat`, and `t_hat` or `s_hat`, in a lane.
-    fn lasting_estimates(&mut self, block: &Block, lane: usize) -> [DVec3; 2] {
+    fn lasting_estimates(&mut self, block: &Block, lane: usize) -> [Scalars; 2] {
         let (p, law) = (self.parameters, &block.law);
-        let Some(integral) = &p.integral else { return [DVec3::ZERO; 2] };
+        let Some(integral) = &p.integral else { return [all(0.0); 2] };
         let (d_c, t_c) = integral.bounds;
         let reported = if p.saturated.is_some() {
             law.lasting_angular_acceleration
         } else {
             law.lasting_torque
         };
+        let set = |bound: DVec3| (four(-bound, 0.0), four(bound, 0.0));
         let [force, torque] = &mut self.lasting;
         let moved = self.increments.lasting;
+        let reported_force = law.lasting_acceleration.lane(lane);
         [
-            force.advance(moved[0], (-d_c, d_c), law.lasting_acceleration.lane(lane)),
-            torque.advance(moved[1], (-t_c, t_c), reported.lane(lane)),
+            force.advance(moved[0], set(d_c), four(reported_force, 0.0)),
+            torque.advance(moved[1], set(t_c), four(reported.lane(lane), 0.0)),
         ]
     }
 }
@@ -257,17 +273,6 @@ impl Evaluated {
             value: first(self.value),
             parameter_part: first(self.parameter_part),
             decrease: first(self.decrease),
-        }
-    }
-}
-
-impl Increments {
-    fn lane(&self, lane: usize) -> Increment {
-        Increment {
-            inverse_mass: self.inverse_mass.as_array()[lane],
-            inertia: self.inertia.lane(lane),
-            gyroscopic_ratio: self.gyroscopic_ratio.lane(lane),
-            lasting: [self.lasting[0].lane(lane), self.lasting[1].lane(lane)],
         }
     }
 }

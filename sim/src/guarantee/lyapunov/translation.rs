@@ -4,8 +4,9 @@ use ctrl_core::vehicle::GRAVITY;
 use glam::DVec3;
 
 use super::parameters::Parameters;
+use crate::exponential::{exp_m1, ln_1p};
 use crate::guarantee::block::Block;
-use crate::lanes::{Scalars, Vectors, all, copysign, lanes};
+use crate::lanes::{Scalars, Vectors, all, copysign};
 
 /// Everything translational at each tick of a block.
 #[derive(Clone, Copy, Debug, Default)]
@@ -31,8 +32,8 @@ impl Translation {
         let e_p = block.position - block.reference.position;
         let e_v = block.velocity - block.reference.velocity;
         let (l1, l2) = (e_p * p.k1 + e_v * p.k2, e_v * p.k2);
-        let (tanh_1, ln_cosh_1) = tanh_and_ln_cosh(l1, block.count());
-        let (tanh_2, ln_cosh_2) = tanh_and_ln_cosh(l2, block.count());
+        let (tanh_1, ln_cosh_1) = tanh_and_ln_cosh(l1);
+        let (tanh_2, ln_cosh_2) = tanh_and_ln_cosh(l2);
         let (sigma_1, sigma_2) = (tanh_1 * p.m1, tanh_2 * p.m2);
         let g = (sigma_1 + sigma_2) * p.k2 + e_v * p.k1; // (16)
         let gravity = Vectors::all(f64::from(GRAVITY) * DVec3::Z);
@@ -54,20 +55,15 @@ impl Translation {
     }
 }
 
-/// `tanh(x_j)` for each component, and the sum of `ln cosh(x_j)`, which never overflows, in the first
-/// `count` lanes.
+/// `tanh(x_j)` for each component, and the sum of `ln cosh(x_j)`, which never overflows.
 ///
 /// With `t = exp(-2|x|) - 1`: `tanh|x| = -t/(2 + t)` and `ln cosh x = |x| + ln(1 + t/2)`.
-fn tanh_and_ln_cosh(x: Vectors, count: usize) -> (Vectors, Scalars) {
+fn tanh_and_ln_cosh(x: Vectors) -> (Vectors, Scalars) {
     let magnitude = x.map(Scalars::abs);
-    let first = |x: Scalars, f: fn(f64) -> f64| {
-        let x = x.to_array();
-        lanes(|lane| if lane < count { f(x[lane]) } else { 0.0 })
-    };
-    let t = magnitude.map(|x| first(all(-2.0) * x, f64::exp_m1));
+    let t = magnitude.map(|x| exp_m1(all(-2.0) * x));
     let tanh = |t: Scalars, x| copysign(-t / (t + all(2.0)), x);
     let tanh = Vectors { x: tanh(t.x, x.x), y: tanh(t.y, x.y), z: tanh(t.z, x.z) };
-    let logarithms = t.map(|t| first(all(0.5) * t, f64::ln_1p));
+    let logarithms = t.map(|t| ln_1p(all(0.5) * t));
     (tanh, magnitude.element_sum() + logarithms.element_sum())
 }
 
@@ -79,12 +75,11 @@ pub(super) fn smooth_sign(x: Vectors, delta: Scalars) -> Vectors {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::LANES;
 
     #[test]
     fn tanh_and_ln_cosh_match_the_definitions() {
         for x in [-30.0, -2.5, -1e-9, 0.0, 1e-4, 0.7, 300.0] {
-            let (tanh, ln_cosh) = tanh_and_ln_cosh(Vectors::all(DVec3::new(x, 0.0, 0.0)), LANES);
+            let (tanh, ln_cosh) = tanh_and_ln_cosh(Vectors::all(DVec3::new(x, 0.0, 0.0)));
             let (tanh, ln_cosh) = (tanh.lane(3), ln_cosh.to_array()[3]);
             assert!((tanh.x - f64::tanh(x)).abs() <= 4e-16, "{x}: {tanh}");
             let expected =

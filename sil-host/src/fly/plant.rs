@@ -1,0 +1,92 @@
+//! The plant of flights under commands: on flat ground, disturbed, and seen as the scenario says.
+
+use ctrl_core::allocation::RotorThrusts;
+use ctrl_core::vehicle::{VehicleState, Wrench};
+use mavlink_vehicle::Battery;
+use sim::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
+use sim::plant::ground::GroundedVehicle;
+use sim::plant::vehicle::Plant;
+use sim::plant::{AppliedWrench, Disturbance, PlantState};
+use sim::scenario::Scenario;
+use sim::state_source::StateSource;
+
+use super::error::FlyError;
+
+/// See the module's documentation.
+#[derive(Debug)]
+pub(super) struct FlownPlant {
+    grounded: GroundedVehicle,
+    disturbance: DisturbanceProcess,
+    source: StateSource,
+}
+
+impl FlownPlant {
+    /// The vehicle of `scenario`, standing below its initial position.
+    ///
+    /// # Errors
+    /// The parameter that rotors, sensors or rate filter refuse.
+    pub fn new(scenario: &Scenario) -> Result<Self, FlyError> {
+        let step_period = scenario.controller.step_period();
+        let period = f64::from(step_period);
+        let start = scenario.initial.state();
+        let standing = PlantState { position_world: start.position_world.with_z(0.0), ..start };
+        Ok(Self {
+            grounded: GroundedVehicle::new(scenario.vehicle(standing, period)?, 0.0),
+            disturbance: DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period),
+            source: StateSource::new(scenario, step_period, &standing)?,
+        })
+    }
+
+    /// The true state now.
+    pub fn truth(&self) -> &PlantState {
+        self.grounded.truth()
+    }
+
+    /// The vehicle on its ground.
+    pub fn grounded(&self) -> &GroundedVehicle {
+        &self.grounded
+    }
+
+    /// The state that the vehicle receives. Called once per tick.
+    pub fn measure(&mut self) -> VehicleState {
+        self.source.measure(self.grounded.truth())
+    }
+
+    /// Takes the wrench that is commanded at a tick; what acts from now on.
+    pub fn command(&mut self, wrench: &Wrench) -> (AppliedWrench, Disturbance) {
+        let applied = self.grounded.command(wrench);
+        (applied, self.disturb())
+    }
+
+    /// Takes what the rotors are commanded at a tick: their thrusts, if the scenario has rotors, otherwise the wrench
+    /// that these make.
+    pub fn command_rotors(
+        &mut self,
+        thrusts: Option<&RotorThrusts>,
+        wrench: &Wrench,
+    ) -> (AppliedWrench, Disturbance) {
+        let by_rotors = self.grounded.vehicle_mut().command_thrusts(thrusts);
+        let applied = by_rotors.unwrap_or_else(|| self.grounded.command(wrench));
+        (applied, self.disturb())
+    }
+
+    fn disturb(&mut self) -> Disturbance {
+        let mut disturbance = self.disturbance.advance(self.grounded.truth());
+        self.grounded.add_drag(&mut disturbance);
+        disturbance
+    }
+
+    /// The battery, if the scenario has one.
+    pub fn battery(&self) -> Option<Battery> {
+        self.grounded.battery().map(|state| Battery {
+            voltage: state.voltage as f32,
+            current: state.current as f32,
+            remaining: state.charge as f32,
+        })
+    }
+
+    /// Moves on by one tick under `disturbance`.
+    pub fn advance(&mut self, disturbance: &Disturbance) {
+        self.grounded.advance(disturbance);
+    }
+}
