@@ -97,6 +97,7 @@ impl GoldenStep {
         let GoldenMemory { t, beta, a_hat, theta_hat, pi_hat, q_a, w_a } = self.memory;
         let middle = (self.gains.j[0] * self.gains.j[1]).map(f64::sqrt);
         Memory {
+            acting: DVec3::ZERO,
             decay: (-2.0 * self.gains.delta_1 * t).exp(),
             beta,
             a_hat: a_hat.unwrap_or(middle),

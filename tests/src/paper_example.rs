@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::transcription::{Gains, IntegralGains, ReferencePoint};
+use crate::transcription::{Gains, IntegralGains, ReferencePoint, RotorGains};
 
 /// A circle with a climb that fades out, as in the paper's example, facing its centre.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +69,7 @@ pub const ROBUST_ADAPTIVE_GAINS: Gains = Gains {
     m_tau: DVec3::splat(0.05),
     g: 9.81,
     integral: IntegralGains { d_c: 0.0, gamma_d: 0.0, d_t: 0.0, gamma_t: 0.0 },
+    rotors: RotorGains { lag: 0.0, residual_lag: 0.0, dt: 0.0 },
 };
 
 /// Gains of the theory page that fly the paper's example with controller 2 (third row).

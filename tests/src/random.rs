@@ -6,7 +6,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::paper_example::{Circle, ROBUST_ADAPTIVE_GAINS};
 use crate::single_precision::{rounded, rounded_each};
-use crate::transcription::{Gains, IntegralGains, Law, Memory, Quaternion, ReferencePoint, Truth};
+use crate::transcription::{
+    Gains, IntegralGains, Law, Memory, Quaternion, ReferencePoint, RotorGains, Truth,
+};
+
+/// Step period of the laws that take a random step (s).
+pub const STEP_PERIOD: f64 = 1e-4;
 
 /// The input of one evaluation of a law. Every number is an `f32`, but that quaternions are of
 /// unit length in `f64`, as the core makes them in `f32`.
@@ -114,6 +119,17 @@ impl Source {
         step
     }
 
+    /// [`step_with_unlike_axes`](Self::step_with_unlike_axes) behind rotors that lag, every other one with a lead. They
+    /// are at rest before it, as after `resume`.
+    pub fn step_behind_rotors(&mut self, law: Law) -> Step {
+        let mut step = self.step_with_unlike_axes(law);
+        let lag = self.number(0.005, 0.3);
+        let left = if self.0.random() { 1.0 } else { self.number(0.1, 1.0) };
+        step.gains.rotors =
+            RotorGains { lag, residual_lag: rounded(left * lag), dt: rounded(STEP_PERIOD) };
+        step
+    }
+
     /// Components within `bound`, one in four at either end.
     fn inside(&mut self, bound: f64) -> DVec3 {
         self.inside_each(DVec3::splat(bound))
@@ -151,6 +167,7 @@ impl Source {
             pi_hat: self.vector(-1.0, 1.0),
             q_a: rounded_unit(Quaternion { eta: 1.0, eps: tilt }),
             w_a: if at_rest { DVec3::ZERO } else { self.vector(-1.0, 1.0) },
+            acting: DVec3::ZERO,
             q_e: None,
             r2: DVec3::ZERO,
             d_hat: DVec3::ZERO,
@@ -188,6 +205,11 @@ pub fn rounded_gains(gains: &Gains) -> Gains {
             gamma_d: rounded(gains.integral.gamma_d),
             d_t: rounded(gains.integral.d_t),
             gamma_t: rounded(gains.integral.gamma_t),
+        },
+        rotors: RotorGains {
+            lag: rounded(gains.rotors.lag),
+            residual_lag: rounded(gains.rotors.residual_lag),
+            dt: rounded(gains.rotors.dt),
         },
     }
 }

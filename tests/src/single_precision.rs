@@ -99,6 +99,10 @@ fn integral(gains: &Gains) -> IntegralAction {
     }
 }
 
+fn rotors(gains: &Gains) -> RotorModel {
+    RotorModel { lag: gains.rotors.lag as f32, residual_lag: gains.rotors.residual_lag as f32 }
+}
+
 fn uncertainty(gains: &Gains) -> Uncertainty {
     let interval = |[lower, upper]: [f64; 2]| Interval { lower: lower as f32, upper: upper as f32 };
     Uncertainty {
@@ -143,7 +147,7 @@ pub fn robust_adaptive(gains: &Gains, step_period: f32) -> Result<RobustAdaptive
         k4: gains.k4.as_vec3(),
         gamma2: gains.gamma2.as_vec3(),
         integral: integral(gains),
-        rotors: RotorModel::OFF,
+        rotors: rotors(gains),
     })
 }
 
@@ -168,7 +172,7 @@ pub fn saturated(gains: &Gains, step_period: f32) -> Result<Saturated, ConfigErr
         gamma2: gains.gamma2.as_vec3(),
         gamma3: gains.gamma3 as f32,
         integral: integral(gains),
-        rotors: RotorModel::OFF,
+        rotors: rotors(gains),
     })
 }
 
@@ -232,6 +236,7 @@ fn quantities(i: &Intermediates) -> Quantities {
         ("w_e", i.rate_error),
         ("tau_d", i.torque_demand_body),
         ("tau", i.torque_body),
+        ("tau_m", i.acting_torque_body),
         ("a_hat_dot", i.inertia_rate),
         ("theta_hat_dot", i.inverse_inertia_rate),
         ("Pi_hat_dot", i.gyroscopic_ratio_rate),

@@ -3,6 +3,7 @@
 
 use ctrl_core::controller::AdaptiveController;
 use ctrl_core::controller::StepStatus;
+use ctrl_core::vehicle::Wrench;
 use glam::DVec3;
 use sim::plant::{Disturbance, PlantState};
 use system_tests::accuracy::Accuracy;
@@ -10,7 +11,7 @@ use system_tests::flight::{Held, fly, start, truth};
 use system_tests::paper_example::{Circle, ROBUST_ADAPTIVE_GAINS, SATURATED_GAINS};
 use system_tests::random::{rounded_gains, rounded_reference};
 use system_tests::single_precision::{reference, robust_adaptive, rounded_each, saturated};
-use system_tests::transcription::{Gains, Law, Memory, Truth};
+use system_tests::transcription::{Gains, Law, Memory, RotorGains, Truth};
 
 const DT: f64 = 1e-3;
 const TICKS: u32 = 20_000;
@@ -38,6 +39,7 @@ fn compare<C: AdaptiveController>(
     let mut memory = Memory::starting(0.75, DVec3::splat(f64::from(0.06f32)));
     let mut state = controller.initial_state();
     let mut seen = Seen { status: StepStatus::empty() };
+    let mut rotors = DVec3::ZERO;
     fly(beside, DVec3::new(0.04856, 0.04856, 0.09801), DT, TICKS, |tick, plant| {
         let r = rounded_reference(&Circle::PAPER.at(f64::from(tick) * DT));
         let expected = law.step(gains, &rounded_truth(plant), &r, &mut memory, DT);
@@ -52,7 +54,11 @@ fn compare<C: AdaptiveController>(
             torque_body: DVec3::new(0.01, -0.01, 0.005),
             ..Disturbance::NONE
         };
-        Held { wrench: output.wrench, mass: 0.85, disturbance }
+        // What acts on the plant is what the model says: the command itself without one.
+        let acting = gains.rotors.command(torque, DVec3::MAX, rotors);
+        rotors = gains.rotors.after(rotors, torque);
+        let wrench = Wrench { torque_body: acting.acting.as_vec3(), ..output.wrench };
+        Held { wrench, mass: 0.85, disturbance }
     });
     seen
 }
@@ -69,28 +75,39 @@ fn compare_memory<C: AdaptiveController>(
     let mut vector = |name, actual: glam::Vec3, expected: DVec3| {
         accuracy.compare(name, &actual.as_dvec3().to_array(), &expected.to_array());
     };
+    let auxiliary = controller.auxiliary(state);
+    vector("w_a", auxiliary.rate, memory.w_a);
     if law == Law::RobustAdaptive {
         return vector("a_hat", estimates.inertia, memory.a_hat);
     }
     vector("theta_hat", estimates.inverse_inertia, memory.theta_hat);
     vector("Pi_hat", estimates.gyroscopic_ratio, memory.pi_hat);
-    let auxiliary = controller.auxiliary(state);
-    vector("w_a", auxiliary.rate, memory.w_a);
     let q_a = auxiliary.attitude;
     let q_a = [q_a.w, q_a.x, q_a.y, q_a.z].map(f64::from);
     accuracy.compare("q_a", &q_a, &memory.q_a.to_array());
 }
 
-#[test]
-fn memories_stay_together_along_a_flight() {
-    let mut accuracy = Accuracy::documented("Memory along a flight");
-    let gains = rounded_gains(&ROBUST_ADAPTIVE_GAINS);
+/// Compares both laws, each with its gains changed by `change`.
+fn compare_both(section: &'static str, change: impl Fn(Gains) -> Gains) {
+    let mut accuracy = Accuracy::documented(section);
+    let gains = rounded_gains(&change(ROBUST_ADAPTIVE_GAINS));
     let first = robust_adaptive(&gains, DT as f32).expect("shipped gains");
     let seen = compare(Law::RobustAdaptive, &first, &gains, &mut accuracy);
     assert!(seen.status.contains(StepStatus::MASS_PROJECTED), "{:?}", seen.status);
-    let gains = rounded_gains(&SATURATED_GAINS);
+    let gains = rounded_gains(&change(SATURATED_GAINS));
     let second = saturated(&gains, DT as f32).expect("shipped gains");
     let seen = compare(Law::Saturated, &second, &gains, &mut accuracy);
     assert!(seen.status.contains(StepStatus::TORQUE_SATURATED), "{:?}", seen.status);
     accuracy.check();
+}
+
+#[test]
+fn memories_stay_together_along_a_flight() {
+    compare_both("Memory along a flight", |gains| gains);
+}
+
+#[test]
+fn memories_stay_together_behind_rotors_that_lag() {
+    let rotors = RotorGains { lag: 0.03, residual_lag: 0.01, dt: DT };
+    compare_both("Memory along a flight", |gains| Gains { rotors, ..gains });
 }

@@ -21,8 +21,10 @@ pub struct Memory {
     pub pi_hat: DVec3,
     /// `q_a`, controller 2.
     pub q_a: Quaternion,
-    /// `w_a` (rad/s), controller 2.
+    /// `w_a` (rad/s), controller 2; controller 1 behind rotors that lag.
     pub w_a: DVec3,
+    /// `m`, the torque that acts by the model of the rotors (N m).
+    pub acting: DVec3,
     /// The last `q_e`; none before the first step.
     pub q_e: Option<Quaternion>,
     /// The last `r2`; zero before the first step.
@@ -46,7 +48,7 @@ pub struct MemoryRate {
     pub pi_hat: DVec3,
     /// `W_a` (38) (rad/s).
     pub auxiliary_rate: DVec3,
-    /// `w_a'` (39) without its decay `-k4 w_a` (rad/s^2).
+    /// `w_a'` (39) without its decay, `-k4 w_a` or for controller 1 `-diag(a_hat)^-1 k4 w_a` (rad/s^2).
     pub w_a_driven: DVec3,
     /// `d_hat'` (m/s^3).
     pub d_hat: DVec3,
@@ -69,6 +71,7 @@ impl Memory {
             pi_hat: DVec3::ZERO,
             q_a: Quaternion::IDENTITY,
             w_a: DVec3::ZERO,
+            acting: DVec3::ZERO,
             q_e: None,
             r2: DVec3::ZERO,
             d_hat: DVec3::ZERO,
@@ -104,6 +107,10 @@ impl Memory {
         let rate = &evaluation.rate;
         self.beta = (self.beta + dt * rate.beta).clamp(1.0 / gains.m[1], 1.0 / gains.m[0]);
         let [lower, upper] = gains.j;
+        let decay = match law {
+            Law::RobustAdaptive => gains.k4 / self.a_hat,
+            Law::Saturated => gains.k4,
+        };
         self.a_hat = (self.a_hat + dt * rate.a_hat).clamp(lower, upper);
         self.theta_hat = (self.theta_hat + dt * rate.theta_hat).clamp(upper.recip(), lower.recip());
         self.pi_hat = (self.pi_hat + dt * rate.pi_hat).clamp(DVec3::NEG_ONE, DVec3::ONE);
@@ -111,7 +118,8 @@ impl Memory {
         self.q_a =
             Quaternion { eta: self.q_a.eta + dt * turn.eta, eps: self.q_a.eps + dt * turn.eps }
                 .normalised();
-        self.w_a = (self.w_a + dt * rate.w_a_driven) / (1.0 + gains.k4 * dt);
+        self.w_a = (self.w_a + dt * rate.w_a_driven) / (1.0 + decay * dt);
+        self.acting = gains.rotors.after(self.acting, evaluation.torque);
         let d_c = gains.integral.d_c;
         self.d_hat = (self.d_hat + dt * rate.d_hat).clamp(DVec3::splat(-d_c), DVec3::splat(d_c));
         let bound = gains.lasting_torque_bound(law);

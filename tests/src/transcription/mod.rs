@@ -10,12 +10,13 @@ pub mod memory;
 pub mod parameters;
 pub mod robust_adaptive;
 pub mod rotation;
+pub mod rotors;
 pub mod saturated;
 
 use std::collections::BTreeMap;
 
 pub use memory::{Memory, MemoryRate};
-pub use parameters::{Gains, IntegralGains, ReferencePoint, Truth};
+pub use parameters::{Gains, IntegralGains, ReferencePoint, RotorGains, Truth};
 pub use rotation::Quaternion;
 
 /// The two controllers.

@@ -62,6 +62,9 @@ pub struct Gains {
     /// Integral action; off in the golden file.
     #[serde(default)]
     pub integral: IntegralGains,
+    /// Model of rotors that lag; off in the golden file.
+    #[serde(default)]
+    pub rotors: RotorGains,
 }
 
 /// Two ends, each a number for all axes or a vector.
@@ -83,6 +86,18 @@ pub struct IntegralGains {
     pub d_t: f64,
     /// `gamma_t`: (N m) for controller 1, (1/s^2) for controller 2.
     pub gamma_t: f64,
+}
+
+/// The model of rotors that lag, under the symbols of the page; off while `lag` is zero.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RotorGains {
+    /// `T` (s).
+    pub lag: f64,
+    /// `T_f` (s).
+    pub residual_lag: f64,
+    /// `dt`, for which a command is held (s).
+    pub dt: f64,
 }
 
 impl Gains {

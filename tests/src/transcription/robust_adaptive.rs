@@ -27,13 +27,28 @@ pub fn evaluate(gains: &Gains, truth: &Truth, r: &ReferencePoint, memory: &Memor
     let (pull, pull_dot) = coupling(gains.c, &force, (q_e, q_e_dot), (u, u_dot));
     let mu = -gains.k3 * q_e.eps + feed + pull; // (31)
     let mu_dot = -gains.k3 * q_e_dot.eps + feed_dot + pull_dot;
-    let w_e = w - mu;
+    let w_e = w - mu - memory.w_a; // w_a is zero but behind rotors that lag
 
-    let (tau, a_hat_dot) = torque(gains, w, memory, q_e.eps, w_e, mu_dot);
+    let demand = torque(gains, w, memory, q_e.eps, w - mu, mu_dot);
+    let command = gains.rotors.command(demand, DVec3::MAX, memory.acting);
+    let (tau, tau_m) = (command.torque, command.acting);
+    // diag(a_hat)^-1 (tau_m - demand - k4 w_a), its decay implicit over dt
+    let w_a_dot =
+        (tau_m - demand - gains.k4 * memory.w_a) / (memory.a_hat + gains.rotors.dt * gains.k4);
+    let y = regressor(w, mu_dot) + DMat3::from_diagonal(w_a_dot);
+    let a_hat_dot = -gains.gamma2 * (y.transpose() * w_e);
+    let a_hat_dot = project_each(memory.a_hat, a_hat_dot, gains.j); // (35)
 
     let mut quantities = shared_quantities(&force, &desired);
-    let vectors =
-        [("mu", mu), ("mu_dot", mu_dot), ("w_e", w_e), ("tau", tau), ("a_hat_dot", a_hat_dot)];
+    let vectors = [
+        ("mu", mu),
+        ("mu_dot", mu_dot),
+        ("w_e", w_e),
+        ("tau", tau),
+        ("tau_m", tau_m),
+        ("w_a_dot", w_a_dot),
+        ("a_hat_dot", a_hat_dot),
+    ];
     quantities.extend(vectors.map(|(name, x): (_, DVec3)| (name, x.to_array().to_vec())));
     quantities.insert("q_e", q_e.to_array().to_vec());
     let (gamma_t, d_t) = (gains.integral.gamma_t, DVec3::splat(gains.integral.d_t));
@@ -42,6 +57,7 @@ pub fn evaluate(gains: &Gains, truth: &Truth, r: &ReferencePoint, memory: &Memor
     let rate = MemoryRate {
         beta: force.beta.first,
         a_hat: a_hat_dot,
+        w_a_driven: (tau_m - demand) / memory.a_hat,
         d_hat: force.d_hat.first,
         lasting_torque: t_hat_dot,
         ..MemoryRate::default()
@@ -56,21 +72,23 @@ pub fn evaluate(gains: &Gains, truth: &Truth, r: &ReferencePoint, memory: &Memor
     }
 }
 
-/// `tau` (34) and `a_hat'` (35), from what step 3 gives.
-#[must_use]
-pub fn torque(
+/// `Y` (34).
+fn regressor(w: DVec3, mu_dot: DVec3) -> DMat3 {
+    skew(w) * DMat3::from_diagonal(w) + DMat3::from_diagonal(mu_dot)
+}
+
+/// `tau` (34), from what step 3 gives; `ahead` is `w - mu`.
+fn torque(
     gains: &Gains,
     w: DVec3,
     memory: &Memory,
     eps_e: DVec3,
-    w_e: DVec3,
+    ahead: DVec3,
     mu_dot: DVec3,
-) -> (DVec3, DVec3) {
-    let y = skew(w) * DMat3::from_diagonal(w) + DMat3::from_diagonal(mu_dot);
-    let h = smooth_sign_value(w_e, memory.delta_rotation(gains));
-    let tau = -gains.k4 * w_e - eps_e + y * memory.a_hat - gains.d2 * h - memory.lasting_torque; // (34)
-    let free = -gains.gamma2 * (y.transpose() * w_e);
-    (tau, project_each(memory.a_hat, free, gains.j)) // (35)
+) -> DVec3 {
+    let h = smooth_sign_value(ahead - memory.w_a, memory.delta_rotation(gains));
+    let y = regressor(w, mu_dot);
+    -gains.k4 * ahead - eps_e + y * memory.a_hat - gains.d2 * h - memory.lasting_torque
 }
 
 /// The quantities of steps 1 and 2, alike for both controllers.

@@ -47,11 +47,12 @@ pub fn evaluate(gains: &Gains, truth: &Truth, r: &ReferencePoint, memory: &Memor
     let tau_d = (bracket - memory.lasting_torque) / theta_hat; // (50)
     let (gamma_t, s) = (gains.integral.gamma_t, gains.lasting_torque_bound(Law::Saturated));
     let s_hat_dot = project_each(memory.lasting_torque, gamma_t * w_e, [-s, s]);
-    let tau = tau_d.clamp(-gains.m_tau, gains.m_tau); // (37)
-    let driven = theta_hat * (tau - tau_d);
+    let command = gains.rotors.command(tau_d, gains.m_tau, memory.acting); // (37)
+    let (tau, tau_m) = (command.torque, command.acting);
+    let driven = theta_hat * (tau_m - tau_d);
     let w_a_dot = -gains.k4 * w_a + driven; // (39)
     let theta_set = [gains.j[1].recip(), gains.j[0].recip()];
-    let theta_hat_dot = project_each(theta_hat, gains.gamma2 * tau * w_e, theta_set); // (51)
+    let theta_hat_dot = project_each(theta_hat, gains.gamma2 * tau_m * w_e, theta_set); // (51)
     let pi_hat_dot = project_each(pi_hat, gains.gamma3 * b * w_e, [DVec3::NEG_ONE, DVec3::ONE]); // (52)
 
     let mut quantities = shared_quantities(&force, &desired);
@@ -61,6 +62,7 @@ pub fn evaluate(gains: &Gains, truth: &Truth, r: &ReferencePoint, memory: &Memor
         ("w_e", w_e),
         ("tau", tau),
         ("tau_d", tau_d),
+        ("tau_m", tau_m),
         ("theta_hat_dot", theta_hat_dot),
         ("Pi_hat_dot", pi_hat_dot),
         ("W_a", w_aux),
