@@ -165,6 +165,23 @@ fn a_repeated_item_is_taken_once_and_a_strange_one_is_refused() {
 }
 
 #[test]
+fn an_upload_during_which_home_moves_is_refused_and_can_be_sent_again() {
+    let mut air = Air::new();
+    count(&mut air, 2, 0);
+    air.send(&flight()[0]);
+    air.vehicle.navigator.set_home(Vec3::new(0.0, 0.0, 2.0)).unwrap();
+    air.send(&MISSION_ITEM_INT_DATA { seq: 1, ..flight()[1].clone() });
+    air.run(0.05);
+    let results: Vec<_> = air.take::<MISSION_ACK_DATA>().iter().map(|ack| ack.mavtype).collect();
+    assert_eq!(results, [MavMissionResult::MAV_MISSION_OPERATION_CANCELLED]);
+    assert!(air.texts().iter().any(|text| text.contains("home has moved")));
+    assert!(air.vehicle.navigator.mission().is_empty());
+    // Heights of the one that follows are above the new home.
+    assert_eq!(upload(&mut air, &flight(), &[]), [ACCEPTED]);
+    assert_eq!(air.vehicle.navigator.mission()[1].position_world.z, 5.0);
+}
+
+#[test]
 fn items_that_cannot_be_flown_end_the_upload() {
     use MavMissionResult as Result;
     let refused = |change: fn(&mut MISSION_ITEM_INT_DATA), expected: Result| {
