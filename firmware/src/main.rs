@@ -39,7 +39,7 @@ mod app {
     use firmware::board::transmitter::{MavlinkTransmitter, Transmitter};
     use firmware::board::{Active, Board, ROTORS};
     use firmware::event_log::EventLog;
-    use firmware::exchange::{ControlStatus, Inbox, Outbox};
+    use firmware::exchange::{ControlStatus, Inbox, Outbox, shown};
     use firmware::fault::{UPTIME, fault_before_boot};
     use firmware::flight_control::FlightControl;
     use firmware::ground_station::{
@@ -57,7 +57,7 @@ mod app {
     use firmware::vehicle::VEHICLE;
     use firmware::{rates, scenario};
     use heapless::spsc::{Consumer, Producer, Queue};
-    use link::{Decoder, Downlink, Health, LinkStatistics, ParametersInForce, Uplink};
+    use link::{Decoder, Downlink, Health, Lasting, LinkStatistics, ParametersInForce, Uplink};
     use mavlink_vehicle::ProtocolMemory;
     use stm32f4xx_hal::pac::{Interrupt, USART2, USART3};
     use stm32f4xx_hal::prelude::*;
@@ -289,9 +289,12 @@ mod app {
             outbox.answer = outputs.answer.or(outbox.answer);
             outbox.put_safety(&outputs.safety);
             if tick.due.contains(Group::Telemetry) {
-                outbox.telemetry = Some(flight.telemetry(&outputs, cost));
-                let (ready, thrust) = (flight.readiness(), outputs.wrench.thrust);
-                (outbox.view.ready, outbox.view.thrust) = (ready, thrust);
+                let telemetry = flight.telemetry(&outputs, cost);
+                outbox.lasting = flight.lasting();
+                outbox.view.ready = flight.readiness();
+                outbox.view.thrust = outputs.wrench.thrust;
+                outbox.view.lasting = outbox.lasting.map(|it| shown(&it, &telemetry.estimates));
+                outbox.telemetry = Some(telemetry);
             }
             outbox.view.cause = outputs.cause;
         });
@@ -430,13 +433,17 @@ mod app {
     fn telemetry(cx: telemetry::Context) {
         let telemetry::SharedResources { mut ticks, mut outbox, mut session, .. } = cx.shared;
         let (mut health, mut transmitter) = (cx.shared.health, cx.shared.transmitter);
-        let telemetry = outbox.lock(|outbox| outbox.telemetry.take());
+        let (telemetry, lasting) = outbox.lock(|outbox| (outbox.telemetry.take(), outbox.lasting));
         let (subscribed, greeted) =
             session.lock(|session| (session.telemetry_period() != 0, session.greeted()));
         let wire = transmitter.lock(|transmitter| {
             let mut wire = 0;
             if let (Some(telemetry), true) = (telemetry, subscribed) {
                 wire += transmitter.send(&Downlink::Telemetry(telemetry));
+                if let Some(estimates) = lasting {
+                    let tick = telemetry.tick;
+                    wire += transmitter.send(&Downlink::Lasting(Lasting { tick, estimates }));
+                }
             }
             // wcet: at most ANSWERS_PER_RELEASE iterations
             for _ in 0..ANSWERS_PER_RELEASE {

@@ -11,7 +11,7 @@ use ctrl_core::mode::navigation::{NavigationMode, Navigator};
 use ctrl_core::mode::safety::SafetyConfig;
 use ctrl_core::trajectory::{HoverConfig, TrajectoryConfig};
 use ctrl_core::vehicle::VehicleState;
-use firmware::exchange::ControlStatus;
+use firmware::exchange::{ControlStatus, shown};
 use firmware::flight_control::{FlightControl, Health, Inputs, Outputs};
 use firmware::pilot::{Pilot, PilotedVehicle};
 use firmware::scenario::{BUILT_IN_MISSION, Tuning};
@@ -259,6 +259,8 @@ impl<'m> FlownVehicle<'m> {
     }
 
     fn view(&self) -> View {
+        let estimates = self.control.estimates();
+        let lasting = self.control.lasting().map(|lasting| shown(&lasting, &estimates));
         View {
             time: (self.time() * 1e6) as u64,
             mode: self.status.mode,
@@ -268,6 +270,7 @@ impl<'m> FlownVehicle<'m> {
             thrust: self.thrust / self.thrust_max,
             load: 0.0, // it is not the host's that matters
             battery: self.battery(),
+            lasting,
         }
     }
 
