@@ -32,6 +32,7 @@ use sim::tick::Tick;
 use super::error::FlyError;
 use super::observed_law::ObservedLaw;
 use super::plant::FlownPlant;
+use crate::pil::PilError;
 
 /// The name of this vehicle in the session's handshake.
 const BOARD: &str = "sil-host fly";
@@ -325,6 +326,9 @@ impl<'m> FlownVehicle<'m> {
 /// Refuses rotors that the firmware's allocation does not command.
 fn check_rotors(rotors: &RotorsConfig) -> Result<(), FlyError> {
     let (given, needed) = (rotors.frame.geometry().rotors.len(), VEHICLE.geometry.rotors.len());
+    if rotors.tells_law {
+        return Err(PilError::TellsLaw.into());
+    }
     if given == needed { Ok(()) } else { Err(FlyError::Frame { given, needed }) }
 }
 
