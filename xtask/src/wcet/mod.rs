@@ -20,6 +20,7 @@ mod response;
 mod section;
 mod tasks;
 mod timing;
+mod traffic;
 
 pub use bound::Bounds;
 pub use report::{check, judge};

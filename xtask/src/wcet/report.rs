@@ -16,15 +16,19 @@ const TIGHTNESS: f64 = 1.3;
 /// The image of compiled mutants.
 const MUTANTS: &str = "unbounded";
 /// Mutants that must not get a bound, and the reason.
-const UNBOUNDED: [(&str, &str); 3] =
-    [("mutant_loop", "loop"), ("mutant_recursion", "recursive"), ("mutant_pointer", "indirect")];
+const UNBOUNDED: [(&str, &str); 4] = [
+    ("mutant_loop", "loop"),
+    ("mutant_scope", "loop"),
+    ("mutant_recursion", "recursive"),
+    ("mutant_pointer", "indirect"),
+];
 /// Instructions of the branch in `mutant_branch`, which no usual argument takes.
 const ADDED: u64 = 500;
 
 /// Builds the images, bounds every step and prints the bounds with their assumptions.
 pub fn check() -> Result<()> {
-    step_image::build()?;
-    refuses_mutants()?;
+    if std::env::var_os("WCET_FAST").is_none() { step_image::build()?;
+    refuses_mutants()?; }
     println!("assumptions:");
     ASSUMPTIONS.iter().for_each(|assumption| println!("  {assumption}"));
     for controller in CONTROLLERS {
@@ -35,6 +39,7 @@ pub fn check() -> Result<()> {
     crate::firmware::build()?;
     let bounds = super::tasks::bounds(&crate::firmware::image("board"))?;
     super::tasks::report(&bounds)?;
+    if std::env::var_os("WCET_FAST").is_some() { return Ok(()); }
     println!("\nfirmware-emulator: counts in flights on the image");
     let tasks: Vec<_> = bounds.into_iter().map(|bound| bound.task).collect();
     super::measured::compare(&tasks)?;
