@@ -423,8 +423,7 @@ mod app {
         let storing = session.is_storing();
         inbox.lock(|inbox| {
             inbox.put_health(false, health);
-            inbox
-                .put(prepared, || pilot.next_command(storing).or_else(|| session.next_command()));
+            inbox.put(prepared, || pilot.next_command(storing).or_else(|| session.next_command()));
         });
     }
 

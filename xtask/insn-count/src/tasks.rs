@@ -217,10 +217,9 @@ mod tests {
 
     #[test]
     fn loops_in_all_count_their_ways_back_over_a_release_or_a_call() {
-        let (mut tasks, roles, _) = parse(
-            "task 0x10 0x19\ntotal 0x12 0x11\ntotal 0x15 0x14\nover 0x13\nloop 0x17 0x16",
-        )
-        .unwrap();
+        let (mut tasks, roles, _) =
+            parse("task 0x10 0x19\ntotal 0x12 0x11\ntotal 0x15 0x14\nover 0x13\nloop 0x17 0x16")
+                .unwrap();
         let round = [0x11, 0x12, 0x12, 0x13, 0x14, 0x15, 0x15, 0x15, 0x14, 0x15, 0x16, 0x17, 0x17];
         let release = [&[0x10], &round[..], &round, &[0x19]].concat();
         for pc in release.iter().chain(&release) {

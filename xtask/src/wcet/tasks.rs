@@ -6,7 +6,7 @@ use anyhow::{Context, Result, ensure};
 use firmware::rate_loop::{Group, GroupConfig};
 use firmware::rates;
 
-use super::analysis::{Analysis, Cost};
+use super::analysis::Analysis;
 use super::library::LIBRARY;
 use super::limit::Limits;
 use super::response::{Demand, response, utilisation};

@@ -213,8 +213,7 @@ impl StateInput {
         let other = [HANDLE, FRAME].map(|name| busy.cost(start(name)?));
         let release = |constants: &[(&'static str, u64)], without: &[&'static str]| {
             let view = View::new(path, constants, without)?;
-            let cost = view.analysis(image, listing).cost(root);
-            cost
+            view.analysis(image, listing).cost(root)
         };
         let samples = [&[HANDLE, TEXT], traffic.without].concat();
         let again = [HANDLE, FRAME, TRAJECTORY, PILOT, ESTIMATOR, NEXT_FRAME];
