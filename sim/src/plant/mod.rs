@@ -4,6 +4,7 @@
 //! commanded and applied wrench, and the [`rotors`] that make it. `docs/plant.md` gives the equations.
 
 pub mod actuation;
+mod components;
 pub mod disturbance;
 pub mod ground;
 pub mod rigid_body;

@@ -1,7 +1,7 @@
 //! V and its ingredients at each tick of a block.
 
 use ctrl_core::controller::StepStatus;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::adaptation::Resolved;
 use super::attitude::Attitude;
@@ -134,8 +134,7 @@ impl Evaluator {
     #[must_use]
     pub fn evaluate(&mut self, tick: &Tick) -> Evaluation {
         let mut single = self.single.take().unwrap_or_default();
-        single.ticks.begin_anew();
-        single.ticks.push(tick);
+        single.ticks.gather(std::slice::from_ref(tick), Vec3::ZERO);
         self.evaluate_block(&single.ticks, &mut single.v);
         let evaluation = single.v.first();
         self.single = Some(single);
