@@ -248,13 +248,13 @@ values = [0.5, 190.5]
             &[],
         )
         .unwrap();
-        let directory = std::env::temp_dir().join(format!("parquet-{}", std::process::id()));
-        fs::create_dir_all(&directory).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let directory = folder.path();
         fs::write(directory.join("campaign.toml"), campaign.text()).unwrap();
         let rows = (0..2).flat_map(|index| crate::campaign::fly_run(&campaign, index).rows);
         let text: String = rows.map(|row| line(&campaign, &row)).collect();
         fs::write(directory.join("runs.csv"), header(&campaign) + &text).unwrap();
-        write(&CampaignResults::open(&directory).unwrap()).unwrap();
+        write(&CampaignResults::open(directory).unwrap()).unwrap();
 
         let mut expected = csv::Reader::from_path(directory.join("runs.csv")).unwrap();
         let file = File::open(directory.join(TABLE)).unwrap();
@@ -273,6 +273,5 @@ values = [0.5, 190.5]
             assert!(row.iter().eq(expected), "{row:?} is not {expected:?}");
         }
         assert!(rows[1].iter().any(|cell| cell.contains("tilt_deg: 190.5 must be in [0, 180]")));
-        fs::remove_dir_all(&directory).unwrap();
     }
 }

@@ -41,13 +41,10 @@ fn decode(word: &str) -> Option<[u8; 32]> {
 mod tests {
     use super::*;
 
-    fn read(test: &str, content: &str) -> Result<SigningKey, String> {
-        let path =
-            std::env::temp_dir().join(format!("gyrfalcon-{}-{test}.key", std::process::id()));
-        fs::write(&path, content).expect("written");
-        let key = read_key(&path).map_err(|error| error.to_string());
-        fs::remove_file(&path).expect("it was there");
-        key
+    fn read(content: &str) -> Result<SigningKey, String> {
+        let file = tempfile::NamedTempFile::with_suffix(".key").expect("made");
+        fs::write(file.path(), content).expect("written");
+        read_key(file.path()).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -55,8 +52,8 @@ mod tests {
         let digits = "c2eb71c56733482ad43db8f9b5d517f4eeb2f6365877aac8c13de0322b3f6fb1";
         let mut bytes = [0; 32];
         (bytes[0], bytes[1], bytes[31]) = (0xc2, 0xeb, 0xb1);
-        let key = read("good", &format!("{digits}  -\n")).expect("a key");
-        assert_eq!(Ok(key), read("upper", &digits.to_uppercase()));
+        let key = read(&format!("{digits}  -\n")).expect("a key");
+        assert_eq!(Ok(key), read(&digits.to_uppercase()));
         assert_ne!(Some(key), SigningKey::new(bytes));
         let decoded = decode(digits).expect("digits");
         assert_eq!((decoded[0], decoded[1], decoded[31]), (0xc2, 0xeb, 0xb1));
@@ -64,13 +61,13 @@ mod tests {
 
     #[test]
     fn what_is_no_key_is_refused_by_file_and_reason() {
-        for (test, content, reason) in [
-            ("empty", "", "line 1: 0 characters, not 64 hexadecimal digits"),
-            ("short", "c2eb", "line 1: 4 characters"),
-            ("letters", &"g".repeat(64), "line 1: 64 characters, not 64 hexadecimal digits"),
-            ("zero", &"0".repeat(64), "must not be zero"),
+        for (content, reason) in [
+            ("", "line 1: 0 characters, not 64 hexadecimal digits"),
+            ("c2eb", "line 1: 4 characters"),
+            (&"g".repeat(64), "line 1: 64 characters, not 64 hexadecimal digits"),
+            (&"0".repeat(64), "must not be zero"),
         ] {
-            let error = read(test, content).expect_err(test);
+            let error = read(content).expect_err(reason);
             assert!(error.contains(reason) && error.contains(".key: "), "{error}");
         }
         let missing = read_key(Path::new("no/such.key")).expect_err("missing").to_string();

@@ -1,15 +1,14 @@
 //! Two FIFOs that carry the link's bytes and, with them, time: the vehicle waits for a packet once a
 //! control tick. A packet is its length (u16 LE) and that many bytes, written at once.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command};
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
-use std::{env, process};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use tempfile::TempDir;
 
 use super::emulator::Emulator;
 use super::{PilError, placement};
@@ -34,7 +33,8 @@ pub struct Lockstep {
     taken: usize,
     /// Nothing else goes in and out of the emulator, and its main loop has not been put last yet.
     by_fifos_alone: bool,
-    directory: PathBuf,
+    /// Has the FIFOs; no other link has it, nor one that was killed and left its own.
+    directory: TempDir,
 }
 
 impl Lockstep {
@@ -55,14 +55,14 @@ impl Lockstep {
         directives: &[String],
         mavlink: &str,
     ) -> Result<Self, PilError> {
-        let directory = own_directory();
-        let path = directory.join("link");
-        let made =
-            fs::create_dir_all(&directory).map_err(|error| error.to_string()).and_then(|()| {
-                Ok((fifo(&path.with_extension("in"))?, fifo(&path.with_extension("out"))?))
-            });
-        let (to_vehicle, from_vehicle) =
-            made.map_err(|error| PilError::Line(directory.clone(), error))?;
+        let directory = TempDir::with_prefix("sil-host-")
+            .map_err(|error| PilError::Line(std::env::temp_dir(), error.to_string()))?;
+        let path = directory.path().join("link");
+        let made = |extension| {
+            let path = path.with_extension(extension);
+            fifo(&path).map_err(|error| PilError::Line(path, error))
+        };
+        let (to_vehicle, from_vehicle) = (made("in")?, made("out")?);
         let link = format!("link={}", path.display());
         let all: Vec<_> = [link].into_iter().chain(directives.iter().cloned()).collect();
         let emulator = emulator.start_with(&all, "null", mavlink)?;
@@ -147,7 +147,7 @@ impl Lockstep {
     }
 
     fn failed(&self, error: &dyn std::fmt::Display) -> PilError {
-        PilError::Line(self.directory.clone(), error.to_string())
+        PilError::Line(self.directory.path().to_owned(), error.to_string())
     }
 
     /// The emulator's process.
@@ -160,15 +160,7 @@ impl Drop for Lockstep {
     fn drop(&mut self) {
         let _ = self.emulator.kill();
         let _ = self.emulator.wait();
-        let _ = fs::remove_dir_all(&self.directory);
     }
-}
-
-/// A directory that no other link of this or another process uses.
-fn own_directory() -> PathBuf {
-    static LINKS: AtomicU32 = AtomicU32::new(0);
-    let link = LINKS.fetch_add(1, Ordering::Relaxed);
-    env::temp_dir().join(format!("sil-host-{}-{link}", process::id()))
 }
 
 /// Makes a FIFO; opened for both directions, neither side waits for the other to open it.

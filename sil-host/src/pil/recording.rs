@@ -118,10 +118,9 @@ mod tests {
 
     #[test]
     fn what_is_saved_is_loaded() {
-        let path = std::env::temp_dir().join(format!("recording-{}", std::process::id()));
-        recording().save(&path).unwrap();
-        assert_eq!(Recording::load(&path).unwrap(), recording());
-        fs::remove_file(path).unwrap();
+        let file = tempfile::NamedTempFile::new().unwrap();
+        recording().save(file.path()).unwrap();
+        assert_eq!(Recording::load(file.path()).unwrap(), recording());
     }
 
     #[test]
