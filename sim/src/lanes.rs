@@ -40,6 +40,13 @@ pub fn four(v: DVec3, w: f64) -> Scalars {
     Scalars::new([v.x, v.y, v.z, w])
 }
 
+/// `x` with `last` in its last lane.
+#[inline(always)]
+pub fn with_last(x: Scalars, last: f64) -> Scalars {
+    let [a, b, c, _] = x.to_array();
+    Scalars::new([a, b, c, last])
+}
+
 /// A vector per lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Vectors {
@@ -93,18 +100,16 @@ impl Vectors {
         DVec3::new(x.as_array()[lane], y.as_array()[lane], z.as_array()[lane])
     }
 
-    /// Puts a vector into a lane.
-    #[inline(always)]
-    pub fn set(&mut self, lane: usize, v: DVec3) {
-        self.x.as_mut_array()[lane] = v.x;
-        self.y.as_mut_array()[lane] = v.y;
-        self.z.as_mut_array()[lane] = v.z;
-    }
-
     /// The vector of each lane with the number of the same lane in `w`.
     #[inline(always)]
     pub fn fours(self, w: Scalars) -> [Scalars; LANES] {
         Scalars::transpose([self.x, self.y, self.z, w])
+    }
+
+    /// The vector of each lane, and a number of no meaning.
+    #[inline(always)]
+    pub fn padded(self) -> [Scalars; LANES] {
+        self.fours(self.z)
     }
 
     /// The vectors and the numbers of [`fours`](Self::fours).
@@ -387,9 +392,8 @@ mod tests {
     #[test]
     fn vectors_and_numbers_become_fours_and_come_back() {
         let mut number = numbers();
-        let mut vectors = Vectors::default();
         let w = lanes(|_| number());
-        (0..LANES).for_each(|lane| vectors.set(lane, DVec3::new(number(), number(), number())));
+        let vectors = Vectors::of(from_fn(|_| DVec3::new(number(), number(), number())));
         let fours = vectors.fours(w);
         for (lane, found) in fours.iter().enumerate() {
             assert_eq!(*found, four(vectors.lane(lane), w.to_array()[lane]));

@@ -90,7 +90,7 @@ impl Div<f64> for Components {
 impl From<DVec3> for Components {
     #[inline(always)]
     fn from(v: DVec3) -> Self {
-        Self(four(v, 0.0))
+        Self(four(v, v.z))
     }
 }
 

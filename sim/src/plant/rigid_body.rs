@@ -18,7 +18,7 @@ use glam::DVec3;
 
 use super::components::Components;
 use super::{AppliedWrench, Disturbance, PlantParameters, PlantState};
-use crate::lanes::{LANES, Quaternions, Vectors, all};
+use crate::lanes::{LANES, Quaternions, Vectors};
 
 /// A rigid body: its parameters and how finely a control tick is integrated.
 #[derive(Clone, Copy, Debug)]
@@ -218,7 +218,7 @@ fn attitude_increment(q: Components, turn: Components) -> Components {
 fn thrust_axes(q: [Components; LANES]) -> [Components; LANES] {
     let (Vectors { x, y, z }, w) = Vectors::of_fours(q.map(|q| q.0));
     let axes = Quaternions { x, y, z, w }.thrust_axis();
-    axes.fours(all(0.0)).map(Components)
+    axes.padded().map(Components)
 }
 
 impl From<&PlantState> for State {
