@@ -5,7 +5,7 @@ use sil_host::fly::failsafe::{FlightFault, fly_with_fault};
 use sim::scenario::LoadedScenario;
 
 /// Flights of each fault.
-const FLIGHTS: u64 = 6;
+const FLIGHTS: u64 = 5;
 
 #[test]
 fn every_fault_ends_on_the_ground_with_stopped_rotors() {

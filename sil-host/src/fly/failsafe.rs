@@ -1,17 +1,19 @@
 //! Faults at random times of a commanded flight, and the end that each comes to, judged on the truth.
 
+use ctrl_core::allocation::BatteryConfig;
 use ctrl_core::mode::navigation::{MissionItem, MissionKind, Request};
 use ctrl_core::mode::safety::{
-    AttitudeGuard, BatteryGuard, CrashGuard, Geofence, Reaction, SafetyConfig, SaturationGuard,
-    Silence,
+    AttitudeGuard, BatteryGuard, CrashGuard, Geofence, Hazards, Reaction, SafetyConfig,
+    SaturationGuard, Silence,
 };
-use ctrl_core::mode::{Command, Mode};
+use ctrl_core::mode::{Cause, Command, Mode};
 use ctrl_core::setpoint::Setpoint;
 use firmware::session::SessionMemory;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use mavlink_vehicle::Vehicle;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use sim::plant::Disturbance;
 use sim::scenario::Scenario;
 
 use super::error::FlyError;
@@ -39,6 +41,21 @@ pub const SAFETY: SafetyConfig = SafetyConfig {
     crash: Some(CrashGuard { tilt: 1.0, speed: 0.3, time: 1.0 }),
 };
 
+/// Supply of the flights' rotors.
+const BATTERY: BatteryConfig = BatteryConfig { nominal_voltage: 15.5, smoothing_time: 0.2 };
+
+/// Duration of a push (s).
+const PUSH_TIME: f64 = 0.15;
+
+/// Sign by which a fault must have been seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detection {
+    /// The watch for hazards reported it.
+    Hazard(Hazards),
+    /// The supervisor changed its mode for this.
+    Cause(Cause),
+}
+
 /// A fault of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlightFault {
@@ -60,11 +77,19 @@ pub enum FlightFault {
     Overruns,
     /// The operator throws the kill switch.
     Kill,
+    /// A push tips the vehicle over.
+    TippedOver,
+    /// A push sets it spinning about its axis.
+    Spun,
+    /// The rotors cannot carry the vehicle: their supply gives half of the thrust, and no guard watches the voltage.
+    RotorsShort,
+    /// A collision throws it to the ground, and no guard watches tilt and rate in the air.
+    Crash,
 }
 
 impl FlightFault {
     /// Every fault.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 13] = [
         Self::EstimateLost,
         Self::LinkLost,
         Self::RcLost,
@@ -74,6 +99,10 @@ impl FlightFault {
         Self::DeadRotor,
         Self::Overruns,
         Self::Kill,
+        Self::TippedOver,
+        Self::Spun,
+        Self::RotorsShort,
+        Self::Crash,
     ];
 
     /// Name in tables.
@@ -89,6 +118,39 @@ impl FlightFault {
             Self::DeadRotor => "dead rotor",
             Self::Overruns => "control overruns",
             Self::Kill => "kill switch",
+            Self::TippedOver => "tipped over",
+            Self::Spun => "spun",
+            Self::RotorsShort => "rotors short",
+            Self::Crash => "crash",
+        }
+    }
+
+    /// Detection that must have led to the end; none where several may, and it depends on the flight which.
+    #[must_use]
+    pub fn detection(self) -> Option<Detection> {
+        Some(match self {
+            Self::EstimateLost => Detection::Cause(Cause::SamplesMissed),
+            Self::Overruns => Detection::Cause(Cause::Overruns),
+            Self::Kill => Detection::Cause(Cause::Killed),
+            Self::LinkLost => Detection::Hazard(Hazards::LINK_LOST),
+            Self::RcLost => Detection::Hazard(Hazards::RC_LOST),
+            Self::BatteryLow => Detection::Hazard(Hazards::BATTERY_LOW),
+            Self::BatteryCritical => Detection::Hazard(Hazards::BATTERY_CRITICAL),
+            Self::Geofence => Detection::Hazard(Hazards::GEOFENCE),
+            Self::TippedOver | Self::Spun => Detection::Hazard(Hazards::ATTITUDE),
+            Self::RotorsShort => Detection::Hazard(Hazards::SATURATION),
+            Self::Crash => Detection::Hazard(Hazards::CRASH),
+            // Tilt in the air; on the ground it does not lift.
+            Self::DeadRotor => return None,
+        })
+    }
+
+    /// Hazards that the flight is watched for: without those that would end it before the one that is to be seen.
+    fn safety(self) -> SafetyConfig {
+        match self {
+            Self::RotorsShort => SafetyConfig { battery: None, ..SAFETY },
+            Self::Crash => SafetyConfig { attitude: None, ..SAFETY },
+            _ => SAFETY,
         }
     }
 
@@ -112,7 +174,13 @@ impl FlightFault {
     }
 
     fn interference(self, time: f64, index: usize) -> Interference {
-        let none = Interference { voltage: Some(15.5), ..Interference::default() };
+        let none =
+            Interference { voltage: Some(BATTERY.nominal_voltage), ..Interference::default() };
+        let pushed = |torque_body, up: f64| {
+            let acceleration_world = DVec3::Z * up;
+            let push = Disturbance { acceleration_world, torque_body, ..Disturbance::NONE };
+            Interference { push: Some((push, time + PUSH_TIME)), ..none }
+        };
         match self {
             Self::EstimateLost => Interference { sample_lost: true, ..none },
             Self::LinkLost => Interference { link_lost_since: Some(time), ..none },
@@ -123,6 +191,15 @@ impl FlightFault {
             Self::Overruns => Interference { overrun: true, ..none },
             Self::Kill => Interference { kill: true, ..none },
             Self::Geofence => none,
+            // Turns by 6 rad/s; the law takes a second and more to stop that.
+            Self::TippedOver => pushed(DVec3::new(2.0, 0.0, 0.0), 0.0),
+            // Turns by 15 rad/s.
+            Self::Spun => pushed(DVec3::new(0.0, 0.0, 10.0), 0.0),
+            // Half of the thrust at the nominal voltage: 8.0 N for a weight of 8.3 N.
+            Self::RotorsShort => {
+                Interference { voltage: Some(BATTERY.nominal_voltage * 0.707), ..none }
+            }
+            Self::Crash => pushed(DVec3::new(1.0, -1.5, 0.0), -40.0),
         }
     }
 }
@@ -140,6 +217,10 @@ pub struct FaultOutcome {
     pub from_home: f64,
     /// Largest thrust while disarmed or locked (N).
     pub thrust_disarmed: f64,
+    /// Hazards that were reported after the fault.
+    pub hazards: Hazards,
+    /// Cause of the latest change to a safer mode.
+    pub cause: Option<Cause>,
     /// The supervisor's mode at the end.
     pub mode: Mode,
 }
@@ -152,6 +233,14 @@ pub const LANDING_SPEED: f64 = 0.8;
 pub const HOME_RADIUS: f64 = 1.0;
 
 impl FaultOutcome {
+    fn detected(&self, fault: FlightFault) -> bool {
+        match fault.detection() {
+            None => true,
+            Some(Detection::Hazard(hazard)) => self.hazards.contains(hazard),
+            Some(Detection::Cause(cause)) => self.cause == Some(cause),
+        }
+    }
+
     /// Reason why the end is not as it must be, if it is not.
     #[must_use]
     pub fn violation(&self, fault: FlightFault) -> Option<&'static str> {
@@ -159,6 +248,8 @@ impl FaultOutcome {
             Some("not on the ground with stopped rotors")
         } else if self.thrust_disarmed > 0.0 {
             Some("rotors turned while disarmed")
+        } else if !self.detected(fault) {
+            Some("ended without being detected as what it was")
         } else if fault.lands() && self.touchdown_speed > LANDING_SPEED {
             Some("touched down too fast")
         } else if fault.comes_home() && self.from_home > HOME_RADIUS {
@@ -187,7 +278,8 @@ pub fn fly_with_fault(
     let mut memory = SessionMemory::new();
     let scenario = Scenario { seed, ..scenario.clone() };
     let mut vehicle = FlownVehicle::new(&scenario, &mut memory)?;
-    vehicle.set_safety(&SAFETY)?;
+    vehicle.set_safety(&fault.safety())?;
+    vehicle.set_battery(&BATTERY)?;
     let home = vehicle.truth().position_world;
     let item =
         |number, position_world| MissionItem { position_world, number, ..MissionItem::default() };
@@ -199,11 +291,13 @@ pub fn fly_with_fault(
         let around = Vec3::new(random(-5.0, 5.0), random(-5.0, 5.0), random(1.5, 5.0));
         items.push(item(number, around + home.as_vec3().with_z(0.0)));
     }
-    let fault_time = f64::from(random(1.0, 40.0));
+    // A vehicle that is thrown down from a hand's breadth stands on its feet again, and flies on.
+    let earliest = if fault == FlightFault::Crash { 8.0 } else { 1.0 };
+    let fault_time = f64::from(random(earliest, 40.0));
     let rotor = random(0.0, 4.0) as usize;
     let outside = home.as_vec3() + Vec3::new(random(14.0, 20.0), random(-5.0, 5.0), 3.0);
 
-    let calm = Interference { voltage: Some(15.5), ..Interference::default() };
+    let calm = Interference { voltage: Some(BATTERY.nominal_voltage), ..Interference::default() };
     vehicle.interfere(calm);
     run(&mut vehicle, 0.5);
     vehicle.piloted().navigator().set_mission(items.into_iter())?;
@@ -220,11 +314,14 @@ pub fn fly_with_fault(
         let _ = vehicle.pilot().request(Mode::Flying, Request::GoTo(Setpoint::at(outside)));
     }
     let (began, mut ended_after, mut thrust_disarmed) = (vehicle.time(), None, 0.0f64);
+    let (mut hazards, mut cause) = (Hazards::empty(), None);
     while vehicle.time() < began + PATIENCE && ended_after.is_none() {
         let flown = vehicle.tick();
         if fault != FlightFault::LinkLost {
             vehicle.hear();
         }
+        hazards |= flown.outputs.safety.hazards;
+        cause = flown.outputs.cause;
         let stopped = matches!(flown.outputs.mode, Mode::Disarmed | Mode::Locked);
         if stopped {
             thrust_disarmed = thrust_disarmed.max(flown.outputs.achieved.thrust.abs().into());
@@ -240,6 +337,8 @@ pub fn fly_with_fault(
         touchdown_speed: vehicle.plant().touchdown_speed(),
         from_home: from.x.hypot(from.y),
         thrust_disarmed,
+        hazards,
+        cause,
         mode: vehicle.mode(),
     })
 }

@@ -3,6 +3,7 @@
 use ctrl_core::allocation::RotorThrusts;
 use ctrl_core::vehicle::{VehicleState, Wrench};
 use mavlink_vehicle::Battery;
+use sim::plant::contact::{Contact, QUADROTOR};
 use sim::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
 use sim::plant::ground::GroundedVehicle;
 use sim::plant::vehicle::Plant;
@@ -30,8 +31,9 @@ impl FlownPlant {
         let period = f64::from(step_period);
         let start = scenario.initial.state();
         let standing = PlantState { position_world: start.position_world.with_z(0.0), ..start };
+        let contact = Contact::new(&QUADROTOR, scenario.vehicle.mass, 0.0, period);
         Ok(Self {
-            grounded: GroundedVehicle::new(scenario.vehicle(standing, period)?, 0.0),
+            grounded: GroundedVehicle::new(scenario.vehicle(standing, period)?, contact),
             disturbance: DisturbanceProcess::new(&scenario.disturbance, scenario.seed, period),
             source: StateSource::new(scenario, step_period, &standing)?,
         })
@@ -59,15 +61,19 @@ impl FlownPlant {
     }
 
     /// Takes what the rotors are commanded at a tick: their thrusts, if the scenario has rotors, otherwise the wrench
-    /// that these make.
+    /// that these make. `push` acts beside the scenario's disturbance.
     pub fn command_rotors(
         &mut self,
         thrusts: Option<&RotorThrusts>,
         wrench: &Wrench,
+        push: &Disturbance,
     ) -> (AppliedWrench, Disturbance) {
         let by_rotors = self.grounded.vehicle_mut().command_thrusts(thrusts);
         let applied = by_rotors.unwrap_or_else(|| self.grounded.command(wrench));
-        (applied, self.disturb())
+        let mut disturbance = self.disturb();
+        disturbance.acceleration_world += push.acceleration_world;
+        disturbance.torque_body += push.torque_body;
+        (applied, disturbance)
     }
 
     fn disturb(&mut self) -> Disturbance {

@@ -1,6 +1,6 @@
 //! The vehicle that is flown: the firmware's control group and session before the simulated plant.
 
-use ctrl_core::allocation::Allocator;
+use ctrl_core::allocation::{Allocator, BatteryConfig};
 use ctrl_core::controller::{
     AdaptiveController, Auxiliary, ControllerConfig, Estimates, Intermediates, LastingEstimates,
     TrackingController,
@@ -64,6 +64,8 @@ pub struct Interference {
     pub voltage: Option<f32>,
     /// The rotor of this index gives nothing.
     pub failed_rotor: Option<usize>,
+    /// Something pushes the vehicle until then (s).
+    pub push: Option<(Disturbance, f64)>,
 }
 
 /// A vehicle on the ground or in flight, commanded by a [`Pilot`].
@@ -224,7 +226,9 @@ impl<'m> FlownVehicle<'m> {
             (Some(thrusts), Some(_)) => self.rotors.wrench(thrusts),
             _ => outputs.achieved,
         };
-        self.plant.command_rotors(thrusts.as_ref(), &wrench)
+        let push = self.interference.push.filter(|(_, end)| self.time() < *end);
+        let push = push.map_or(Disturbance::NONE, |(push, _)| push);
+        self.plant.command_rotors(thrusts.as_ref(), &wrench, &push)
     }
 
     /// The battery of the plant, if the scenario has one.
@@ -244,6 +248,14 @@ impl<'m> FlownVehicle<'m> {
     /// Names a number that is out of its range.
     pub fn set_safety(&mut self, config: &SafetyConfig) -> Result<(), ConfigError> {
         self.control.set_safety(config)
+    }
+
+    /// Scales the limits of the rotors, and what they give, by the measured voltage.
+    ///
+    /// # Errors
+    /// Names a number that is out of its range.
+    pub fn set_battery(&mut self, config: &BatteryConfig) -> Result<(), ConfigError> {
+        self.control.set_battery(config)
     }
 
     /// Faults from the next tick on.

@@ -1,43 +1,52 @@
-//! Flat ground under a vehicle: it stands until its thrust lifts it, and stays where it touches down.
+//! Flat ground under a vehicle: it stands until its thrust lifts it, lands on its feet or as it falls, slides and tumbles.
 //!
-//! The contact is rigid and does not slide: what sinks below the ground is put at rest on it, level, with its
-//! heading. There is no bounce, and a crash is a landing; [`GroundedVehicle::touchdown_speed`] tells them apart.
+//! [`contact`](super::contact) has the forces; while nothing touches they are absent, and the flight has the bits of one without ground.
 
 use crate::norm::Norm;
 use ctrl_core::vehicle::Wrench;
 use glam::{DQuat, DVec3};
 
+use super::contact::Contact;
 use super::rotors::BatteryState;
 use super::vehicle::{Plant, Vehicle};
 use super::{AppliedWrench, Disturbance, PlantState};
+
+/// Speed (m/s) and rate (rad/s) below which a vehicle that touches the ground is at rest ...
+const REST: [f64; 2] = [0.05, 0.2];
+/// ... after this time (s).
+const REST_TIME: f64 = 0.1;
+/// Time without contact after which the next contact is a touchdown, not a bounce (s).
+const AIRBORNE_TIME: f64 = 0.3;
 
 /// A [`Vehicle`] over ground at a height.
 #[derive(Clone, Debug)]
 pub struct GroundedVehicle {
     vehicle: Vehicle,
-    /// Height of the centre of mass when the vehicle stands (m).
-    ground: f64,
-    /// `true` while it stands.
-    stands: bool,
+    contact: Contact,
+    /// Time at rest on the ground, and in the air (s).
+    at_rest: f64,
+    in_air: f64,
     touchdown_speed: f64,
 }
 
 impl GroundedVehicle {
-    /// `vehicle` over the height `ground` (m) at which its centre of mass stands.
+    /// `vehicle` on or over the ground of `contact`, whose forces are held for as long as the vehicle moves at a time.
     #[must_use]
-    pub fn new(mut vehicle: Vehicle, ground: f64) -> Self {
+    pub fn new(mut vehicle: Vehicle, mut contact: Contact) -> Self {
         let truth = *vehicle.truth();
-        let stands = truth.position_world.z <= ground;
+        let stands = truth.position_world.z <= contact.ground();
         if stands {
-            vehicle.place(at_rest(&truth, ground));
+            vehicle.place(standing(&truth, contact.ground()));
         }
-        Self { vehicle, ground, stands, touchdown_speed: 0.0 }
+        contact.push(vehicle.truth());
+        let at_rest = if stands { REST_TIME } else { 0.0 };
+        Self { vehicle, contact, at_rest, in_air: 0.0, touchdown_speed: 0.0 }
     }
 
-    /// Returns `true` while the vehicle stands on the ground.
+    /// Returns `true` while the vehicle is at rest on the ground, on its feet or otherwise.
     #[must_use]
     pub fn stands(&self) -> bool {
-        self.stands
+        self.at_rest >= REST_TIME
     }
 
     /// The vehicle.
@@ -51,10 +60,21 @@ impl GroundedVehicle {
         &mut self.vehicle
     }
 
-    /// Length of the velocity at the latest touchdown (m/s).
+    /// Length of the velocity at the latest touchdown (m/s); what bounces touches down once.
     #[must_use]
     pub fn touchdown_speed(&self) -> f64 {
         self.touchdown_speed
+    }
+
+    /// Takes note of contact and rest during the tick that begins.
+    fn judge(&mut self, touches: bool) {
+        let PlantState { velocity_world, rate_body, .. } = *self.vehicle.truth();
+        if touches && self.in_air >= AIRBORNE_TIME {
+            self.touchdown_speed = velocity_world.norm();
+        }
+        self.in_air = if touches { 0.0 } else { self.in_air + self.contact.step_period() };
+        let rests = touches && velocity_world.norm() < REST[0] && rate_body.norm() < REST[1];
+        self.at_rest = if rests { self.at_rest + self.contact.step_period() } else { 0.0 };
     }
 }
 
@@ -76,22 +96,19 @@ impl Plant for GroundedVehicle {
     }
 
     fn advance(&mut self, disturbance: &Disturbance) {
-        self.vehicle.advance(disturbance);
-        let truth = *self.vehicle.truth();
-        if truth.position_world.z > self.ground {
-            self.stands = false;
-            return;
-        }
-        if !self.stands {
-            self.touchdown_speed = truth.velocity_world.norm();
-        }
-        self.stands = true;
-        self.vehicle.place(at_rest(&truth, self.ground));
+        let push = self.contact.push(self.vehicle.truth());
+        self.judge(push.is_some());
+        let Some(push) = push else { return self.vehicle.advance(disturbance) };
+        self.vehicle.advance(&Disturbance {
+            acceleration_world: disturbance.acceleration_world + push.acceleration_world,
+            torque_body: disturbance.torque_body + push.torque_body,
+            wind_world: disturbance.wind_world,
+        });
     }
 }
 
 /// At rest on the ground, level, with the heading of `truth`.
-fn at_rest(truth: &PlantState, ground: f64) -> PlantState {
+fn standing(truth: &PlantState, ground: f64) -> PlantState {
     let forward = truth.attitude * DVec3::X;
     let level = DVec3::new(forward.x, forward.y, 0.0);
     // Nose up or down: any heading will do.
@@ -106,56 +123,5 @@ fn at_rest(truth: &PlantState, ground: f64) -> PlantState {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::plant::PlantParameters;
-    use crate::plant::rigid_body::RigidBody;
-
-    const PARAMETERS: PlantParameters = PlantParameters::new(1.0, DVec3::new(0.05, 0.05, 0.1));
-
-    fn vehicle(height: f64) -> GroundedVehicle {
-        let body = RigidBody::new(&PARAMETERS, 1e-3, 1);
-        let truth = PlantState {
-            position_world: DVec3::new(1.0, 2.0, height),
-            velocity_world: DVec3::ZERO,
-            attitude: DQuat::from_rotation_z(0.7),
-            rate_body: DVec3::ZERO,
-        };
-        GroundedVehicle::new(Vehicle::new(body, None, truth), 0.0)
-    }
-
-    fn fly(vehicle: &mut GroundedVehicle, thrust: f32, ticks: u32) {
-        for _ in 0..ticks {
-            vehicle.command(&Wrench { thrust, ..Wrench::default() });
-            vehicle.advance(&Disturbance::default());
-        }
-    }
-
-    #[test]
-    fn stands_until_the_thrust_exceeds_the_weight() {
-        let mut vehicle = vehicle(0.0);
-        let start = *vehicle.truth();
-        for thrust in [0.0, 5.0, 9.8] {
-            fly(&mut vehicle, thrust, 500);
-            assert!(vehicle.stands());
-            assert_eq!(vehicle.truth().position_world, start.position_world);
-        }
-        fly(&mut vehicle, 10.0, 500);
-        assert!(!vehicle.stands() && vehicle.truth().position_world.z > 0.01);
-    }
-
-    #[test]
-    fn falls_and_stays_where_it_touches_down_with_its_heading() {
-        let mut vehicle = vehicle(1.0);
-        fly(&mut vehicle, 0.0, 1000);
-        let truth = vehicle.truth();
-        assert_eq!(truth.position_world, DVec3::new(1.0, 2.0, 0.0));
-        assert_eq!(truth.velocity_world, DVec3::ZERO);
-        assert!(
-            (truth.attitude * DVec3::X - DVec3::new(0.7f64.cos(), 0.7f64.sin(), 0.0)).length()
-                < 1e-9
-        );
-        let expected = (2.0 * 9.81f64).sqrt();
-        assert!((vehicle.touchdown_speed() - expected).abs() < 0.01);
-    }
-}
+#[path = "ground/tests.rs"]
+mod tests;

@@ -1,10 +1,12 @@
 //! The simulated vehicle: truth in `f64`, from which the controller's `f32` state is rounded.
 //!
 //! One file per physical effect: [`rigid_body`] dynamics, [`disturbance`]s, the [`actuation`] between
-//! commanded and applied wrench, and the [`rotors`] that make it. `docs/plant.md` gives the equations.
+//! commanded and applied wrench, the [`rotors`] that make it, and [`contact`] with the
+//! [`ground`]. `docs/plant.md` gives the equations.
 
 pub mod actuation;
 mod components;
+pub mod contact;
 pub mod disturbance;
 pub mod ground;
 pub mod rigid_body;

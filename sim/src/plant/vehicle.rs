@@ -71,7 +71,7 @@ impl Vehicle {
         }
     }
 
-    /// Puts the vehicle into another state: what it touches may move it, too.
+    /// Puts the vehicle into another state, before a flight.
     pub(super) fn place(&mut self, truth: PlantState) {
         self.truth = truth;
     }
