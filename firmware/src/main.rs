@@ -510,7 +510,7 @@ mod app {
     /// Stores what the session has to keep.
     #[inline(never)]
     fn store_next(
-        session: &mut impl rtic::Mutex<T = &'static mut HostSession<'static>>,
+        session: &mut impl Mutex<T = &'static mut HostSession<'static>>,
         store: &mut ParameterStore<<Active as Board>::Storage>,
     ) {
         if let Some(change) = session.lock(|session| session.next_to_store()) {
