@@ -427,7 +427,6 @@ mod tests {
             thrust: 0.0,
             load: 0.0,
             battery: None,
-            lasting: None,
         }
     }
 

@@ -160,7 +160,6 @@ impl<'m> PilotedFlight<'m> {
             thrust: 0.0,
             load: 0.0,
             battery: None,
-            lasting: None,
         }
     }
 }

@@ -62,7 +62,6 @@ struct TestVehicle {
     cause: Option<Cause>,
     heard: u32,
     battery: Option<Battery>,
-    lasting: Option<Lasting>,
 }
 
 impl TestVehicle {
@@ -82,7 +81,6 @@ impl TestVehicle {
             cause: None,
             heard: 0,
             battery: None,
-            lasting: None,
         }
     }
 
@@ -128,7 +126,6 @@ impl Vehicle for TestVehicle {
             thrust: 0.5,
             load: 0.25,
             battery: self.battery,
-            lasting: self.lasting,
         }
     }
 

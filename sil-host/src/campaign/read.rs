@@ -150,11 +150,7 @@ impl Reader<'_> {
             (None, _) => return Err(self.fault("runs", "missing: only a grid may omit it".into())),
         };
         if runs == 0 || !runs.is_multiple_of(cells) {
-            let multiple = match cells {
-                1 => String::new(),
-                cells => format!(" and a multiple of the {cells} cells"),
-            };
-            let message = format!("{runs} must be positive{multiple}");
+            let message = format!("{runs} must be positive and a multiple of the {cells} cells");
             return Err(self.fault("runs", message));
         }
         if definition.first_seed.checked_add(runs - 1).is_none() {

@@ -70,6 +70,11 @@ impl ObservedLaw {
             law.step_observed(state, measured, &tick.reference, |inner| seen = *inner);
         tick.intermediates = seen;
         tick.evaluation = evaluator.evaluate(tick);
-        Some(Step::made(&*law, output, state))
+        Some(Step {
+            output,
+            estimates: law.estimates(state),
+            attitude_error: law.attitude_error(state),
+            auxiliary: law.auxiliary(state),
+        })
     }
 }
