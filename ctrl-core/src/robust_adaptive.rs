@@ -292,6 +292,10 @@ impl AdaptiveController for RobustAdaptive {
         self.commit(state, &evaluation, &law)
     }
 
+    fn has_integral_action(&self) -> bool {
+        self.cascade.integral.is_on()
+    }
+
     fn reference_acceleration_max(&self) -> f32 {
         self.config.reference_acceleration_max
     }

@@ -465,6 +465,10 @@ impl AdaptiveController for Saturated {
         self.stepped(state, vehicle, reference, made, observe)
     }
 
+    fn has_integral_action(&self) -> bool {
+        self.cascade.integral.is_on()
+    }
+
     fn reference_acceleration_max(&self) -> f32 {
         self.config.reference_acceleration_max
     }

@@ -1,10 +1,11 @@
 //! Data between the control group and the groups below it, exchanged under short locks.
 
-use ctrl_core::controller::AnyController;
+use ctrl_core::controller::{AnyController, Estimates, LastingEstimates};
 use ctrl_core::mode::safety::{Hazards, SafetyReport};
 use ctrl_core::mode::{Cause, Command, Mode, Refusal};
 use ctrl_core::reference::Reference;
 use link::Telemetry;
+use mavlink_vehicle::Lasting;
 
 use crate::flight_control::{Health, Inputs};
 use crate::state_sample::StateSample;
@@ -117,12 +118,23 @@ pub struct ControlView {
     pub thrust: f32,
     /// Reason for the latest change to a safer mode, as of the latest tick.
     pub cause: Option<Cause>,
+    /// The integral action's estimates, if the law has any.
+    pub lasting: Option<Lasting>,
+}
+
+/// Estimates of the integral action as ground stations are shown them.
+#[must_use]
+pub fn shown(lasting: &LastingEstimates, estimates: &Estimates) -> Lasting {
+    Lasting {
+        acceleration_world: lasting.acceleration_world,
+        torque_body: lasting.torque(estimates),
+    }
 }
 
 impl Default for ControlView {
     /// Before the first tick.
     fn default() -> Self {
-        Self { ready: Err(Refusal::StateStale), thrust: 0.0, cause: None }
+        Self { ready: Err(Refusal::StateStale), thrust: 0.0, cause: None, lasting: None }
     }
 }
 
@@ -135,6 +147,8 @@ pub struct Outbox {
     pub answer: Option<Result<Mode, Refusal>>,
     /// The latest tick for telemetry, until it is sent.
     pub telemetry: Option<Telemetry>,
+    /// The integral action's estimates after it, if the law has any.
+    pub lasting: Option<LastingEstimates>,
     /// The same for ground stations.
     pub view: ControlView,
     /// The reaction to hazards, and those that have come up since they were taken.

@@ -8,8 +8,8 @@ use ctrl_core::allocation::{
     SizedAllocator, slabs,
 };
 use ctrl_core::controller::{
-    AdaptiveController, AnyController, AnyControllerState, StepOutput, StepStatus,
-    TrackingController,
+    AdaptiveController, AnyController, AnyControllerState, Estimates, LastingEstimates, StepOutput,
+    StepStatus, TrackingController,
 };
 use ctrl_core::error::ConfigError;
 use ctrl_core::filter::{RateFilter, RateFilterConfig, RateFilterState};
@@ -238,11 +238,23 @@ impl FlightControl {
             torque_demand_body: outputs.step.torque_demand_body,
             status: outputs.step.status,
             limited: outputs.limited,
-            estimates: self.law.estimates(&self.law_state),
+            estimates: self.estimates(),
             attitude_error: self.law.attitude_error(&self.law_state),
             auxiliary: self.law.auxiliary(&self.law_state),
             step_cost,
         }
+    }
+
+    /// Estimates of the law after the latest step.
+    #[must_use]
+    pub fn estimates(&self) -> Estimates {
+        self.law.estimates(&self.law_state)
+    }
+
+    /// Estimates of the integral action, if the law has any.
+    #[must_use]
+    pub fn lasting(&self) -> Option<LastingEstimates> {
+        self.law.has_integral_action().then(|| self.law.lasting(&self.law_state))
     }
 
     /// Counts the period, carries out the command, and resets the law at the start of a flight.

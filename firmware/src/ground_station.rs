@@ -80,7 +80,8 @@ fn time(status: ControlStatus) -> u64 {
 
 impl<'a, 'm> Behind<'a, 'm> {
     fn vehicle(self) -> PilotedVehicle<'a, 'a, 'm> {
-        let Self { session, pilot, status, view: ControlView { ready, thrust, cause } } = self;
+        let Self { session, pilot, status, view } = self;
+        let ControlView { ready, thrust, cause, lasting } = view;
         let view = View {
             time: time(status),
             mode: status.mode,
@@ -90,6 +91,7 @@ impl<'a, 'm> Behind<'a, 'm> {
             thrust: thrust / session.law().bounds().thrust_max,
             load: 0.0, // not measured
             battery: None,
+            lasting,
         };
         PilotedVehicle { pilot, session, status, view }
     }

@@ -70,7 +70,7 @@ impl Shared {
 
     fn behind(&mut self) -> (&mut GroundStation, Behind<'_, 'static>) {
         let Self { session, pilot, station, status, .. } = self;
-        let view = ControlView { ready: Ok(()), thrust: 0.0, cause: None };
+        let view = ControlView { ready: Ok(()), thrust: 0.0, lasting: None, cause: None };
         (station, Behind { session, pilot, status: *status, view })
     }
 

@@ -39,7 +39,7 @@ mod app {
     use firmware::board::transmitter::{MavlinkTransmitter, Transmitter};
     use firmware::board::{Active, Board, ROTORS};
     use firmware::event_log::EventLog;
-    use firmware::exchange::{ControlStatus, Inbox, Outbox};
+    use firmware::exchange::{ControlStatus, Inbox, Outbox, shown};
     use firmware::fault::{UPTIME, fault_before_boot};
     use firmware::flight_control::FlightControl;
     use firmware::ground_station::{
@@ -57,7 +57,7 @@ mod app {
     use firmware::vehicle::VEHICLE;
     use firmware::{rates, scenario};
     use heapless::spsc::{Consumer, Producer, Queue};
-    use link::{Decoder, Downlink, Health, LinkStatistics, ParametersInForce, Uplink};
+    use link::{Decoder, Downlink, Health, Lasting, LinkStatistics, ParametersInForce, Uplink};
     use mavlink_vehicle::ProtocolMemory;
     use rtic::Mutex;
     use stm32f4xx_hal::pac::{Interrupt, USART2, USART3};
@@ -302,9 +302,12 @@ mod app {
             outbox.answer = outputs.answer.or(outbox.answer);
             outbox.put_safety(&outputs.safety);
             if tick.due.contains(Group::Telemetry) {
-                outbox.telemetry = Some(flight.telemetry(&outputs, cost));
-                let (ready, thrust) = (flight.readiness(), outputs.wrench.thrust);
-                (outbox.view.ready, outbox.view.thrust) = (ready, thrust);
+                let telemetry = flight.telemetry(&outputs, cost);
+                outbox.lasting = flight.lasting();
+                outbox.view.ready = flight.readiness();
+                outbox.view.thrust = outputs.wrench.thrust;
+                outbox.view.lasting = outbox.lasting.map(|it| shown(&it, &telemetry.estimates));
+                outbox.telemetry = Some(telemetry);
             }
             outbox.view.cause = outputs.cause;
             Active::exercise(tick.uptime);
@@ -463,13 +466,18 @@ mod app {
     fn telemetry(cx: telemetry::Context) {
         let (mut exchange, mut host) = (cx.shared.exchange, cx.shared.host);
         let mut line = cx.shared.line;
-        let telemetry = exchange.lock(|Exchange { outbox, .. }| outbox.telemetry.take());
+        let (telemetry, lasting) =
+            exchange.lock(|Exchange { outbox, .. }| (outbox.telemetry.take(), outbox.lasting));
         let wire = line.lock(|Line { transmitter, health }| {
             let (subscribed, greeted) = host
                 .lock(|Host { session, .. }| (session.telemetry_period() != 0, session.greeted()));
             let mut wire = 0;
             if let (Some(telemetry), true) = (telemetry, subscribed) {
                 wire += transmitter.send(&Downlink::Telemetry(telemetry));
+                if let Some(estimates) = lasting {
+                    let tick = telemetry.tick;
+                    wire += transmitter.send(&Downlink::Lasting(Lasting { tick, estimates }));
+                }
             }
             // wcet: at most ANSWERS_PER_RELEASE iterations
             for _ in 0..ANSWERS_PER_RELEASE {

@@ -427,6 +427,7 @@ mod tests {
             thrust: 0.0,
             load: 0.0,
             battery: None,
+            lasting: None,
         }
     }
 

@@ -160,6 +160,7 @@ impl<'m> PilotedFlight<'m> {
             thrust: 0.0,
             load: 0.0,
             battery: None,
+            lasting: None,
         }
     }
 }

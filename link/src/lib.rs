@@ -28,8 +28,8 @@ mod tests;
 pub use frame::{Decoder, EncodeError, Encoder, Received};
 pub use message::{
     Acknowledgement, ControllerKind, Downlink, EstimatorSetting, FaultKind, FaultReport, Guidance,
-    Health, Identity, Message, ParameterOrigin, ParameterValue, ParametersInForce, Rejection,
-    Secret, Telemetry, TrajectorySelection, Uplink,
+    Health, Identity, Lasting, Message, ParameterOrigin, ParameterValue, ParametersInForce,
+    Rejection, Secret, Telemetry, TrajectorySelection, Uplink,
 };
 pub use parameter::Parameters;
 pub use statistics::{GroupHealth, LinkStatistics};

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use super::statistics::{GroupHealth, LinkStatistics};
 use super::{GROUPS, NAME_MAX, REGISTERS, TEXT_MAX, VERSION};
 use ctrl_core::allocation::Limited;
-use ctrl_core::controller::{Auxiliary, ControllerConfig, Estimates, StepStatus};
+use ctrl_core::controller::{Auxiliary, ControllerConfig, Estimates, LastingEstimates, StepStatus};
 use ctrl_core::error::ConfigError;
 use ctrl_core::estimator::{
     BarometerBias, FaultLimits, InertialNoise, InertialSample, InitialDeviation, Measurement,
@@ -196,6 +196,9 @@ pub enum Downlink {
     },
     /// The reference of a control tick, and its source.
     Guidance(Guidance),
+    /// Estimates of the integral action, right behind the [`Downlink::Telemetry`] of their tick; only from a law that has
+    /// integral action.
+    Lasting(Lasting),
 }
 
 impl Message for Uplink {
@@ -350,6 +353,15 @@ pub struct Telemetry {
     /// Cost of the step, in the unit of the board's counter (cycles, or instructions in the
     /// emulator); zero where there is none.
     pub step_cost: u32,
+}
+
+/// Estimates of the integral action at one control tick.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Lasting {
+    /// Control tick since Start.
+    pub tick: u64,
+    /// Estimates after the step.
+    pub estimates: LastingEstimates,
 }
 
 /// What the law follows at a control tick.

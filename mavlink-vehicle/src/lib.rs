@@ -49,4 +49,4 @@ pub use parameter::{NAMES, ParameterName, long_name, short_name};
 pub use protocol::{Autopilot, Protocol, ProtocolConfig, ProtocolMemory};
 pub use signing::{Line, SigningKey, SigningRefusals};
 pub use status_text::{Part, Severity};
-pub use vehicle::{Battery, LogEntry, ParameterRefusal, Vehicle, View};
+pub use vehicle::{Battery, Lasting, LogEntry, ParameterRefusal, Vehicle, View};

@@ -114,6 +114,8 @@ pub struct Protocol<'m> {
     announced: Option<Mode>,
     /// The next frame is a stream's, if one is due.
     stream_turn: bool,
+    /// The latest estimate of the integral action that was sent is the torque's.
+    pub(crate) torque_turn: bool,
     pub(crate) signing: Signing,
 }
 
@@ -133,6 +135,7 @@ impl<'m> Protocol<'m> {
             next_mode: 0,
             announced: None,
             stream_turn: false,
+            torque_turn: true,
             signing: Signing::new(config.signing_key, config.signing_link),
         }
     }
@@ -273,7 +276,8 @@ impl<'m> Protocol<'m> {
     }
 
     fn due_stream<V: Vehicle>(&mut self, vehicle: &mut V) -> Option<Frame> {
-        let id = self.streams.take_due(vehicle.view().time)?;
+        let View { time, lasting, .. } = vehicle.view();
+        let id = self.streams.take_due(time, lasting.is_some())?;
         self.telemetry(id, vehicle)
     }
 

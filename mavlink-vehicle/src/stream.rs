@@ -19,9 +19,13 @@ const DEFAULTS: [(u32, u32); STREAMS] = [
     (147, 1_000_000), // BATTERY_STATUS
     (242, 1_000_000), // HOME_POSITION
     (245, 200_000),   // EXTENDED_SYS_STATE
+    (DEBUG_VECT, 100_000),
     (436, 1_000_000), // CURRENT_MODE
 ];
-const STREAMS: usize = 15;
+const STREAMS: usize = 16;
+
+/// Number of the message with the integral action's estimates: not sent without integral action.
+pub(crate) const DEBUG_VECT: u32 = 250;
 
 #[derive(Clone, Copy, Debug)]
 struct Stream {
@@ -87,13 +91,14 @@ impl Streams {
         })
     }
 
-    /// A stream that is due at `time` (us), once.
-    pub(crate) fn take_due(&mut self, time: u64) -> Option<u32> {
+    /// A stream that is due at `time` (us), once; [`DEBUG_VECT`] only with `lasting` estimates.
+    pub(crate) fn take_due(&mut self, time: u64, lasting: bool) -> Option<u32> {
         // wcet: at most STREAMS iterations
         for step in 0..STREAMS {
             let index = (self.next + step) % STREAMS;
             let Some(stream) = self.streams.get_mut(index) else { continue };
-            if stream.interval > 0 && time >= stream.due {
+            let sent = stream.id != DEBUG_VECT || lasting;
+            if sent && stream.interval > 0 && time >= stream.due {
                 let interval = u64::from(stream.interval);
                 // What is late is not sent twice.
                 stream.due = (stream.due + interval).max(time.saturating_sub(interval / 2));

@@ -8,10 +8,10 @@ use ctrl_core::vehicle::VehicleState;
 use glam::Vec3;
 use mavlink::dialects::common::{
     ATTITUDE_DATA, ATTITUDE_QUATERNION_DATA, AVAILABLE_MODES_DATA, BATTERY_STATUS_DATA,
-    CURRENT_MODE_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA, GPS_RAW_INT_DATA,
-    GpsFixType, HEARTBEAT_DATA, HOME_POSITION_DATA, LOCAL_POSITION_NED_DATA, MESSAGE_INTERVAL_DATA,
-    MISSION_CURRENT_DATA, MavAutopilot, MavBatteryFunction, MavBatteryType, MavFrame,
-    MavLandedState, MavModeFlag, MavModeProperty, MavState, MavSysStatusSensor, MavType,
+    CURRENT_MODE_DATA, DEBUG_VECT_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA,
+    GPS_RAW_INT_DATA, GpsFixType, HEARTBEAT_DATA, HOME_POSITION_DATA, LOCAL_POSITION_NED_DATA,
+    MESSAGE_INTERVAL_DATA, MISSION_CURRENT_DATA, MavAutopilot, MavBatteryFunction, MavBatteryType,
+    MavFrame, MavLandedState, MavModeFlag, MavModeProperty, MavState, MavSysStatusSensor, MavType,
     MavVtolState, POSITION_TARGET_LOCAL_NED_DATA, PositionTargetTypemask, SYS_STATUS_DATA,
     SYSTEM_TIME_DATA, VFR_HUD_DATA,
 };
@@ -21,7 +21,8 @@ use crate::coordinates::{attitude_ned, euler, frd, ned};
 use crate::flight_mode::{FlightMode, MODES};
 use crate::frame::Frame;
 use crate::protocol::{Autopilot, Protocol};
-use crate::vehicle::{Vehicle, View};
+use crate::stream::DEBUG_VECT;
+use crate::vehicle::{Lasting, Vehicle, View};
 
 impl Protocol<'_> {
     /// The frame of the telemetry message `id`; none if there is no such message, or no state for it.
@@ -46,6 +47,7 @@ impl Protocol<'_> {
             147 => Some(self.battery(&view)),
             242 => Some(self.home(vehicle)),
             245 => Some(self.landed_state(vehicle)),
+            DEBUG_VECT => Some(self.lasting(view.time, &view.lasting?)),
             436 => Some(self.current_mode(vehicle)),
             _ => None,
         }
@@ -296,6 +298,17 @@ impl Protocol<'_> {
             standard_mode: mode.standard(),
         };
         self.frame(&data, &[])
+    }
+
+    /// One of both estimates, in turn.
+    fn lasting(&mut self, time_usec: u64, lasting: &Lasting) -> Frame {
+        self.torque_turn ^= true;
+        let (name, Vec3 { x, y, z }) = if self.torque_turn {
+            (*b"t_hat\0\0\0\0\0", frd(lasting.torque_body))
+        } else {
+            (*b"d_hat\0\0\0\0\0", ned(lasting.acceleration_world))
+        };
+        self.frame(&DEBUG_VECT_DATA { time_usec, x, y, z, name: CharArray::new(name) }, &[])
     }
 
     /// The next mode of a list that was asked for.

@@ -6,6 +6,7 @@ use ctrl_core::error::ConfigError;
 use ctrl_core::mode::navigation::{NavigationEvent, Navigator};
 use ctrl_core::mode::{Cause, Command, Mode, Refusal};
 use ctrl_core::vehicle::VehicleState;
+use glam::Vec3;
 use heapless::String;
 
 /// State of the vehicle at one instant, for telemetry.
@@ -27,6 +28,17 @@ pub struct View {
     pub load: f32,
     /// The battery, if there is one.
     pub battery: Option<Battery>,
+    /// Estimates of the integral action, if the law has any.
+    pub lasting: Option<Lasting>,
+}
+
+/// Estimates of what lasts of the disturbance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lasting {
+    /// `d_hat`: acceleration, world axes (m/s^2).
+    pub acceleration_world: Vec3,
+    /// `t_hat`: torque, body axes (N m).
+    pub torque_body: Vec3,
 }
 
 /// State of a battery.

@@ -472,6 +472,26 @@ fn a_grid_is_flown_whole() {
     assert!(message.ends_with("runs: 23 must be positive and a multiple of the 2 cells"));
 }
 
+/// The option that was given is named, not `--set`, which nobody wrote.
+#[test]
+fn a_number_of_runs_from_the_command_line_is_refused_by_its_option() {
+    let grid = PAIR.replace("latin_hypercube", "grid");
+    for (text, runs, fault) in [
+        (PAIR, 0, "--runs 0: runs: 0 must be positive"),
+        (&grid, 23, "--runs 23: runs: 23 must be positive and a multiple of the 2 cells"),
+    ] {
+        let overrides = CampaignOverrides { runs: Some(runs), first_seed: None };
+        let error =
+            Campaign::parse("my.toml", text, Path::new(""), &overrides, &[]).expect_err("refused");
+        assert_eq!(error.to_string(), fault);
+    }
+    let overrides = CampaignOverrides { runs: None, first_seed: Some(u32::MAX) };
+    let error =
+        Campaign::parse("my.toml", PAIR, Path::new(""), &overrides, &[]).expect_err("refused");
+    let fault = "--first-seed 4294967295: first_seed: seeds of 24 runs exceed 4294967295";
+    assert_eq!(error.to_string(), fault);
+}
+
 #[test]
 fn sobol_is_refused_beyond_its_points() {
     let sobol = PAIR.replace("latin_hypercube", "sobol");

@@ -3,7 +3,8 @@
 use ctrl_core::controller::{AdaptiveController, Intermediates, TrackingController};
 use ctrl_core::reference::Reference;
 use ctrl_core::trajectory::Trajectory;
-use ctrl_core::vehicle::VehicleState;
+use ctrl_core::vehicle::{VehicleState, Wrench};
+use glam::Vec3;
 
 use crate::guarantee::lyapunov::Evaluator;
 use crate::lanes::LANES;
@@ -32,6 +33,21 @@ pub trait ObservedController: TrackingController {
     ) {
         tick.output = self.step(state, vehicle, reference);
     }
+
+    /// As [`step_into`](Self::step_into), for rotors that [tell the law](crate::plant::rotors::RotorsConfig::tells_law) what they
+    /// make of its command: `made` (N m).
+    #[inline]
+    fn step_told(
+        &self,
+        state: &mut Self::State,
+        vehicle: &VehicleState,
+        reference: &Reference,
+        made: impl FnOnce(&Wrench) -> Vec3,
+        tick: &mut Tick,
+    ) {
+        let _ = made;
+        self.step_into(state, vehicle, reference, tick);
+    }
 }
 
 impl<C: AdaptiveController> ObservedController for C {
@@ -43,10 +59,7 @@ impl<C: AdaptiveController> ObservedController for C {
         reference: &Reference,
         tick: &mut Tick,
     ) {
-        tick.law = true;
-        tick.estimates = self.estimates(state);
-        tick.auxiliary = self.auxiliary(state);
-        tick.lasting = self.lasting(state);
+        look_before(self, state, tick);
         let (intermediates, mut evaluated) = (&mut tick.intermediates, false);
         tick.output = self.step_observed(state, vehicle, reference, |seen| {
             *intermediates = *seen;
@@ -56,6 +69,30 @@ impl<C: AdaptiveController> ObservedController for C {
             tick.intermediates = Intermediates::default();
         }
     }
+
+    fn step_told(
+        &self,
+        state: &mut Self::State,
+        vehicle: &VehicleState,
+        reference: &Reference,
+        made: impl FnOnce(&Wrench) -> Vec3,
+        tick: &mut Tick,
+    ) {
+        look_before(self, state, tick);
+        tick.intermediates = Intermediates::default();
+        let intermediates = &mut tick.intermediates;
+        let observe = |seen: &_| *intermediates = *seen;
+        tick.output = self.step_limited(state, vehicle, reference, made, observe);
+    }
+}
+
+/// What a law knows before a step.
+#[inline]
+fn look_before<C: AdaptiveController>(law: &C, state: &C::State, tick: &mut Tick) {
+    tick.law = true;
+    tick.estimates = law.estimates(state);
+    tick.auxiliary = law.auxiliary(state);
+    tick.lasting = law.lasting(state);
 }
 
 /// A flight in progress: a controller, its trajectory, the plant and what disturbs it.
@@ -132,22 +169,6 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         Flight { controller, state, trajectory, plant, disturbance, evaluator, source, tick }
     }
 
-    /// Flies `ticks` control ticks at full speed, without observer.
-    pub fn advance(&mut self, ticks: u64) {
-        for _ in 0..ticks {
-            let reference = self.trajectory.reference(self.tick);
-            let measured = self.source.measure(self.plant.truth());
-            let shifted = self.source.shifted(&reference);
-            let followed = shifted.as_ref().unwrap_or(&reference);
-            let mut disturbance = self.disturbance.advance(self.plant.truth());
-            let output = self.controller.step(&mut self.state, &measured, followed);
-            self.plant.command(&output.wrench);
-            self.plant.add_drag(&mut disturbance);
-            self.plant.advance(&disturbance);
-            self.tick += 1;
-        }
-    }
-
     /// Control ticks flown.
     #[must_use]
     pub fn tick(&self) -> u64 {
@@ -174,6 +195,33 @@ impl<C: TrackingController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
 }
 
 impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Flight<C, T, P, D> {
+    /// Flies `ticks` control ticks at full speed, without observer.
+    pub fn advance(&mut self, ticks: u64) {
+        if self.plant.tells_law() {
+            // The law is told in an observed step only.
+            return self.without_evaluation(ticks);
+        }
+        for _ in 0..ticks {
+            let reference = self.trajectory.reference(self.tick);
+            let measured = self.source.measure(self.plant.truth());
+            let shifted = self.source.shifted(&reference);
+            let followed = shifted.as_ref().unwrap_or(&reference);
+            let mut disturbance = self.disturbance.advance(self.plant.truth());
+            let output = self.controller.step(&mut self.state, &measured, followed);
+            self.plant.command(&output.wrench);
+            self.plant.add_drag(&mut disturbance);
+            self.plant.advance(&disturbance);
+            self.tick += 1;
+        }
+    }
+
+    #[cold]
+    fn without_evaluation(&mut self, ticks: u64) {
+        let evaluator = self.evaluator.take();
+        self.observe(ticks, &mut ());
+        self.evaluator = evaluator;
+    }
+
     /// Flies `ticks` control ticks; `observer` receives each of them before the plant moves on.
     pub fn observe<O: Observer + ?Sized>(&mut self, ticks: u64, observer: &mut O) {
         let mut tick = Tick::none();
@@ -208,7 +256,12 @@ impl<C: ObservedController, T: Trajectory, P: Plant, D: DisturbanceSource> Fligh
         let measured = self.source.measure(self.plant.truth());
         let shifted = self.source.shifted(&reference);
         let followed = shifted.as_ref().unwrap_or(&reference);
-        self.controller.step_into(&mut self.state, &measured, followed, tick);
+        let (law, state, plant) = (&self.controller, &mut self.state, &self.plant);
+        if plant.tells_law() {
+            law.step_told(state, &measured, followed, |wrench| plant.made(wrench), tick);
+        } else {
+            law.step_into(state, &measured, followed, tick);
+        }
         // What was written just now is copied late: a processor waits for it otherwise.
         tick.tick = self.tick;
         tick.time = self.time();

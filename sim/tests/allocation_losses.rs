@@ -1,13 +1,9 @@
 //! Rotors that saturate before the law does: controller 2 with and without being told what they make of its torque.
 
 use ctrl_core::allocation::{Allocator, RotorGeometry};
-use ctrl_core::controller::{
-    AdaptiveController, AnyController, AnyControllerState, StepOutput, TrackingController,
-};
-use ctrl_core::reference::Reference;
-use ctrl_core::vehicle::{Interval, VehicleState, Wrench};
+use ctrl_core::controller::{AdaptiveController, TrackingController};
+use ctrl_core::vehicle::{Interval, Wrench};
 use glam::Vec3;
-use sim::closed_loop::ObservedController;
 use sim::guarantee::tracking::{heading_error, tilt_error};
 use sim::guarantee::{Guarantees, Requirement, Verdict};
 use sim::observer::Observer;
@@ -16,78 +12,43 @@ use sim::plant::{AppliedWrench, Disturbance, PlantState};
 use sim::scenario::{LoadedScenario, flight_with};
 use sim::tick::Tick;
 
-/// Rotors of 3.1 N each, 1.5 times what hover takes; their reaction torque is weak, or weaker still.
+/// Rotors of 3.1 N each, 1.5 times what hover takes; their reaction torque is weak.
 const WEAK: f32 = 0.004;
-const WEAKER: f32 = 0.0015;
+/// The same with a reaction torque that is weaker still, as a scenario has them.
+const WEAKER: &str = "frame={ ring={ spins=[\"clockwise\", \"anticlockwise\", \"clockwise\", \"anticlockwise\"], \
+                      arm=0.2, first_angle_deg=45, torque_ratio=0.0015, thrust={ lower=0.1, upper=3.1 } } }";
 
 fn rotors(torque_ratio: f32) -> Allocator {
     let geometry = RotorGeometry::quad_x(0.2, torque_ratio, Interval { lower: 0.1, upper: 3.1 });
     Allocator::new(&geometry).expect("four rotors")
 }
 
-/// A law that asks its allocation what becomes of the command, or does not.
-struct Law {
-    law: AnyController,
-    rotors: Option<Allocator>,
-}
-
-impl TrackingController for Law {
-    type State = AnyControllerState;
-
-    fn initial_state(&self) -> AnyControllerState {
-        self.law.initial_state()
-    }
-
-    fn step(
-        &self,
-        state: &mut AnyControllerState,
-        vehicle: &VehicleState,
-        reference: &Reference,
-    ) -> StepOutput {
-        self.law.step(state, vehicle, reference)
-    }
-
-    fn step_period(&self) -> f32 {
-        self.law.step_period()
-    }
-}
-
-impl ObservedController for Law {
-    fn step_into(
-        &self,
-        state: &mut AnyControllerState,
-        vehicle: &VehicleState,
-        reference: &Reference,
-        tick: &mut Tick,
-    ) {
-        let Some(rotors) = &self.rotors else {
-            return self.law.step_into(state, vehicle, reference, tick);
-        };
-        tick.law = true;
-        tick.estimates = self.law.estimates(state);
-        tick.auxiliary = self.law.auxiliary(state);
-        tick.lasting = self.law.lasting(state);
-        let made = |wrench: &Wrench| rotors.allocate(wrench).achieved.torque_body;
-        let intermediates = &mut tick.intermediates;
-        let observe = |seen: &_| *intermediates = *seen;
-        tick.output = self.law.step_limited(state, vehicle, reference, made, observe);
-    }
-}
-
 /// A vehicle whose rotors make of a command what their limits leave.
-struct Rotored(Vehicle, Allocator);
+struct Rotored {
+    vehicle: Vehicle,
+    rotors: Allocator,
+    told: bool,
+}
 
 impl Plant for Rotored {
     fn truth(&self) -> &PlantState {
-        self.0.truth()
+        self.vehicle.truth()
+    }
+
+    fn tells_law(&self) -> bool {
+        self.told
+    }
+
+    fn made(&self, command: &Wrench) -> Vec3 {
+        self.rotors.allocate(command).achieved.torque_body
     }
 
     fn command(&mut self, wrench: &Wrench) -> AppliedWrench {
-        self.0.command(&self.1.allocate(wrench).achieved)
+        self.vehicle.command(&self.rotors.allocate(wrench).achieved)
     }
 
     fn advance(&mut self, disturbance: &Disturbance) {
-        self.0.advance(disturbance);
+        self.vehicle.advance(disturbance);
     }
 }
 
@@ -97,6 +58,12 @@ struct Seen {
     limited: u32,
     settled: f64,
     theta: f64,
+}
+
+impl Seen {
+    fn new(monitors: Guarantees) -> Self {
+        Self { monitors, limited: 0, settled: 0.0, theta: 0.0 }
+    }
 }
 
 impl Observer for Seen {
@@ -115,19 +82,19 @@ impl Observer for Seen {
 }
 
 /// Flies the paper's limited vehicle from an attitude far off behind weak rotors.
-fn fly(told: bool, torque_ratio: f32, changes: &[&str]) -> (Seen, Vec<Verdict>) {
+fn fly(told: bool, changes: &[&str]) -> (Seen, Vec<Verdict>) {
     let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
     let loaded = LoadedScenario::open("paper-saturated", &changes);
     let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
     let scenario = loaded.scenario();
     let law = scenario.controller.build().expect("valid");
-    let law = Law { law, rotors: told.then(|| rotors(torque_ratio)) };
     let start = scenario.vehicle(scenario.initial.state(), law.step_period().into());
-    let plant = Rotored(start.expect("no rotors of the scenario"), rotors(torque_ratio));
+    let vehicle = start.expect("no rotors of the scenario");
+    let plant = Rotored { vehicle, rotors: rotors(WEAK), told };
     let flight = flight_with(law, scenario).expect("flies");
     let mut flight = flight.with_evaluator(scenario.evaluator()).with_plant(plant);
     let monitors = scenario.monitors();
-    let mut seen = Seen { monitors, limited: 0, settled: 0.0, theta: 0.0 };
+    let mut seen = Seen::new(monitors);
     flight.observe(scenario.ticks(), &mut seen);
     let verdicts = seen.monitors.verdicts();
     (seen, verdicts)
@@ -145,7 +112,7 @@ fn v_obeys_its_balance_where_the_law_is_told_what_the_rotors_make() {
             "controller.saturated.uncertainty.disturbance_torque=0.01",
         ];
         for told in [false, true] {
-            let (seen, verdicts) = fly(told, WEAK, &changes);
+            let (seen, verdicts) = fly(told, &changes);
             let name = "Lyapunov balance residual";
             let balance = verdicts.iter().find(|it| it.name.starts_with(name)).expect("a row");
             println!("{tilt} told {told}: {} ticks limited, {balance:?}", seen.limited);
@@ -170,7 +137,21 @@ fn estimates_stay_right_where_the_law_is_told_what_the_rotors_make() {
         "controller.saturated.uncertainty.disturbance_torque=0.005",
         "controller.saturated.gamma2=200",
     ];
-    let [left, told] = [false, true].map(|told| fly(told, WEAKER, &changes).0);
+    let [left, told] = ["", "tells_law=true, "].map(|told| {
+        let rotors = format!("rotors={{ {told}{WEAKER} }}");
+        let changes: Vec<_> = changes.iter().map(ToString::to_string).chain([rotors]).collect();
+        let loaded = LoadedScenario::open("paper-saturated", &changes);
+        let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+        let scenario = loaded.scenario();
+        let mut flight = loaded.flight().expect("flies");
+        let mut seen = Seen::new(scenario.monitors());
+        flight.observe(scenario.ticks(), &mut seen);
+        // Unobserved it is the same flight.
+        let mut unobserved = loaded.flight().expect("flies");
+        unobserved.advance(scenario.ticks());
+        assert_eq!(unobserved.truth(), flight.truth());
+        seen
+    });
     for seen in [&left, &told] {
         println!("{} ticks limited, settled {} s, {}", seen.limited, seen.settled, seen.theta);
     }

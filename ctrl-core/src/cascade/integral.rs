@@ -101,6 +101,11 @@ pub(crate) struct TorqueEstimate {
 }
 
 impl Integral {
+    /// `true` if any loop is switched on.
+    pub fn is_on(&self) -> bool {
+        self.force.is_some() || self.torque.is_some()
+    }
+
     /// Checks `config` and prepares its loops.
     pub fn new(
         config: &IntegralAction,

@@ -129,6 +129,10 @@ impl AdaptiveController for AnyController {
         )
     }
 
+    fn has_integral_action(&self) -> bool {
+        of_each!(self, controller => controller.has_integral_action())
+    }
+
     fn reference_acceleration_max(&self) -> f32 {
         of_each!(self, controller => controller.reference_acceleration_max())
     }

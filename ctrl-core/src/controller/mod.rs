@@ -115,6 +115,18 @@ pub struct LastingEstimates {
     pub angular_acceleration_body: Vec3,
 }
 
+impl LastingEstimates {
+    /// The lasting disturbance torque (N m) of either controller, whose other estimates are `estimates`.
+    #[must_use]
+    pub fn torque(&self, estimates: &Estimates) -> Vec3 {
+        if estimates.inverse_inertia == Vec3::ZERO {
+            self.torque_body
+        } else {
+            self.angular_acceleration_body / estimates.inverse_inertia
+        }
+    }
+}
+
 /// Every intermediate quantity of one evaluation of the law, for tests, traces and monitors.
 ///
 /// Fields that belong to one controller only are zero for the other.
@@ -246,6 +258,9 @@ pub trait AdaptiveController: TrackingController {
 
     /// The estimates of the integral action in `state`.
     fn lasting(&self, state: &Self::State) -> LastingEstimates;
+
+    /// `true` if the law has integral action, so that [`lasting`](Self::lasting) is more than zeros.
+    fn has_integral_action(&self) -> bool;
 
     /// Refuses a trajectory whose acceleration bound exceeds `M_p`, or whose step period differs.
     ///

@@ -5,7 +5,7 @@ use std::string::String;
 
 use super::*;
 use ctrl_core::allocation::Limited;
-use ctrl_core::controller::{Auxiliary, Estimates, StepStatus};
+use ctrl_core::controller::{Auxiliary, Estimates, LastingEstimates, StepStatus};
 use ctrl_core::mode::{Cause, Command, Mode, Refusal};
 use ctrl_core::trajectory::Leg;
 use ctrl_core::vehicle::Wrench;
@@ -23,6 +23,8 @@ const OBEYED: &str = "02 81 01 03 01 01 05 a8 3d f7 7c 00";
 const REFUSED: &str = "02 81 01 04 01 01 01 06 01 59 4e aa 09 00";
 
 const TELEMETRY: &str = "02 81 01 07 02 e8 07 03 01 01 01 03 80 3f 01 01 02 40 01 03 40 40 01 03 80 40 01 03 a0 40 01 03 c0 40 01 06 e0 40 80 03 04 01 01 02 41 01 03 10 41 01 03 20 41 01 03 30 41 01 03 40 41 01 03 50 41 01 03 60 41 01 03 70 41 01 03 80 41 01 03 88 41 01 03 90 41 01 03 98 41 01 03 a0 41 01 03 a8 41 01 03 b0 41 01 03 b8 41 01 03 c0 41 01 03 c8 41 01 03 d0 41 01 03 d8 41 01 09 e0 41 c8 0d 43 ba 3f a9 00";
+
+const LASTING: &str = "02 81 01 04 09 e8 07 01 03 80 3f 01 01 02 40 01 03 40 40 01 03 80 40 01 03 a0 40 01 03 c0 40 01 03 e0 40 01 01 02 41 01 07 10 41 95 5d 21 a1 00";
 
 /// Asserts the bytes, and that the document shows them.
 fn assert_documented(bytes: &[u8], expected: &str) {
@@ -78,6 +80,18 @@ fn example_telemetry() {
 }
 
 #[test]
+fn example_lasting() {
+    let three = |first: f32| Vec3::new(first, first + 1.0, first + 2.0);
+    let estimates = LastingEstimates {
+        acceleration_world: three(1.0),
+        torque_body: three(4.0),
+        angular_acceleration_body: three(7.0),
+    };
+    let lasting = Downlink::Lasting(Lasting { tick: 1000, estimates });
+    assert_documented(&frame_of(&lasting), LASTING);
+}
+
+#[test]
 fn limits_and_version() {
     for (name, value) in [
         ("VERSION", usize::from(VERSION)),
@@ -129,6 +143,7 @@ fn numbers_of_messages_modes_and_commands() {
     let key = Secret([0; 32]);
     numbered(variant(&Uplink::SigningKey { key, timestamp: 0 }), "SigningKey");
     numbered(variant(&Downlink::Guidance(guidance())), "Guidance");
+    numbered(variant(&Downlink::Lasting(sizes::longest_lasting())), "Lasting");
     numbered(variant(&Downlink::Stepped { uptime_ticks: 0 }), "Stepped");
     let value = ParameterValue { index: 0, count: 0, name: name(), value: 0.0 };
     let obeyed = Acknowledgement { sequence: 1, result: Ok(()) };

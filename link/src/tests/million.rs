@@ -204,6 +204,7 @@ fn downlink() -> Vec<Downlink> {
     std::vec![
         Downlink::Acknowledgement(acknowledgement),
         Downlink::Telemetry(telemetry),
+        Downlink::Lasting(sizes::longest_lasting()),
         Downlink::Health(Health::default()),
         Downlink::ParametersInForce(ParametersInForce::default()),
     ]

@@ -2,7 +2,7 @@
 
 use super::*;
 use ctrl_core::allocation::Limited;
-use ctrl_core::controller::{Auxiliary, Estimates, StepStatus};
+use ctrl_core::controller::{Auxiliary, Estimates, LastingEstimates, StepStatus};
 use ctrl_core::estimator::{EstimatorConfig, FaultLimits, InertialSample, Measurement, Source};
 use ctrl_core::mode::{Cause, Command, Mode};
 use ctrl_core::trajectory::{
@@ -119,6 +119,15 @@ pub fn longest_telemetry() -> Telemetry {
     }
 }
 
+pub fn longest_lasting() -> Lasting {
+    let estimates = LastingEstimates {
+        acceleration_world: Vec3::ONE,
+        torque_body: Vec3::ONE,
+        angular_acceleration_body: Vec3::ONE,
+    };
+    Lasting { tick: u64::MAX, estimates }
+}
+
 #[test]
 fn longest_downlink_messages() {
     let group = GroupHealth { completed: u32::MAX, worst_time: u32::MAX, overruns: u32::MAX };
@@ -170,6 +179,7 @@ fn longest_downlink_messages() {
         (Downlink::ParametersInForce(in_force), 8),
         (Downlink::Stepped { uptime_ticks: u64::MAX }, 11),
         (Downlink::Guidance(guidance()), 103),
+        (Downlink::Lasting(longest_lasting()), 47),
     ] {
         assert_eq!(length(&message), bytes, "{message:?}");
     }

@@ -41,6 +41,8 @@ fn every_parameter_is_documented_under_both_names() {
 fn every_stream_is_documented() {
     for id in 0..1000 {
         let mut air = Air::new();
+        air.vehicle.lasting =
+            Some(Lasting { acceleration_world: Vec3::ZERO, torque_body: Vec3::ZERO });
         let Some(frame) = air.protocol.telemetry(id, &mut air.vehicle) else { continue };
         use mavlink::Message;
         use mavlink::dialects::common::MavMessage;

@@ -62,6 +62,7 @@ struct TestVehicle {
     cause: Option<Cause>,
     heard: u32,
     battery: Option<Battery>,
+    lasting: Option<Lasting>,
 }
 
 impl TestVehicle {
@@ -81,6 +82,7 @@ impl TestVehicle {
             cause: None,
             heard: 0,
             battery: None,
+            lasting: None,
         }
     }
 
@@ -126,6 +128,7 @@ impl Vehicle for TestVehicle {
             thrust: 0.5,
             load: 0.25,
             battery: self.battery,
+            lasting: self.lasting,
         }
     }
 

@@ -2,9 +2,10 @@
 
 use mavlink::dialects::common::{
     ATTITUDE_DATA, ATTITUDE_QUATERNION_DATA, BATTERY_STATUS_DATA, CURRENT_MODE_DATA,
-    EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA, GPS_RAW_INT_DATA, HEARTBEAT_DATA,
-    HOME_POSITION_DATA, LOCAL_POSITION_NED_DATA, MISSION_CURRENT_DATA, MavAutopilot,
-    MavLandedState, MavModeFlag, MavState, MavSysStatusSensor, SYS_STATUS_DATA, VFR_HUD_DATA,
+    DEBUG_VECT_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA, GPS_RAW_INT_DATA,
+    HEARTBEAT_DATA, HOME_POSITION_DATA, LOCAL_POSITION_NED_DATA, MISSION_CURRENT_DATA,
+    MavAutopilot, MavLandedState, MavModeFlag, MavState, MavSysStatusSensor, SYS_STATUS_DATA,
+    VFR_HUD_DATA,
 };
 
 use super::*;
@@ -49,6 +50,30 @@ fn a_battery_is_shown_where_there_is_one_and_unknown_elsewhere() {
         let found = (status.voltages[0], status.current_battery, status.battery_remaining);
         assert_eq!(found, (voltage, current, remaining));
         assert!(status.voltages[1..].iter().all(|cell| *cell == u16::MAX));
+    }
+}
+
+#[test]
+fn estimates_of_the_integral_action_come_in_turn_where_the_law_has_it() {
+    let mut air = Air::new();
+    air.run(10.0);
+    assert_eq!(air.take::<DEBUG_VECT_DATA>(), []);
+    air.vehicle.lasting = Some(Lasting {
+        acceleration_world: Vec3::new(0.1, 0.2, 0.3),
+        torque_body: Vec3::new(4.0, 5.0, 6.0),
+    });
+    air.run(10.0);
+    let sent = air.take::<DEBUG_VECT_DATA>();
+    assert!((100..=102).contains(&sent.len()), "{}", sent.len()); // the first two at once
+    for pair in sent.chunks_exact(2) {
+        let [force, torque] = [&pair[0], &pair[1]];
+        assert_eq!(
+            (force.name.to_str().unwrap(), torque.name.to_str().unwrap()),
+            ("d_hat", "t_hat")
+        );
+        assert_eq!((force.x, force.y, force.z), (0.2, 0.1, -0.3)); // NED
+        assert_eq!((torque.x, torque.y, torque.z), (4.0, -5.0, -6.0)); // FRD
+        assert!(force.time_usec <= torque.time_usec);
     }
 }
 

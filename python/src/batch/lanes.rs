@@ -12,7 +12,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::ThreadPool;
 use rayon::prelude::*;
-use sim::closed_loop::Flight;
+use sim::closed_loop::{Flight, ObservedController};
 use sim::scenario::{ScenarioFlight, flight_with};
 
 use super::{GRAIN, check_lane, input, on_threads, output, pool};
@@ -42,6 +42,8 @@ impl TrackingController for Commanded {
         self.step_period
     }
 }
+
+impl ObservedController for Commanded {}
 
 /// A flight with the trajectory that it flies.
 struct Lane<F> {

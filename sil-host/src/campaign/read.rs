@@ -150,7 +150,11 @@ impl Reader<'_> {
             (None, _) => return Err(self.fault("runs", "missing: only a grid may omit it".into())),
         };
         if runs == 0 || !runs.is_multiple_of(cells) {
-            let message = format!("{runs} must be positive and a multiple of the {cells} cells");
+            let multiple = match cells {
+                1 => String::new(),
+                cells => format!(" and a multiple of the {cells} cells"),
+            };
+            let message = format!("{runs} must be positive{multiple}");
             return Err(self.fault("runs", message));
         }
         if definition.first_seed.checked_add(runs - 1).is_none() {

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput};
+use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, LastingEstimates};
 use ctrl_core::mode::Mode;
 use ctrl_core::mode::navigation::NavigationMode;
 use ctrl_core::reference::Reference;
@@ -32,7 +32,7 @@ use super::signing;
 use crate::log::LogOptions;
 use crate::log::description::Description;
 use crate::pil::PilError;
-use crate::pil::comparison::{Difference, Step, first_difference};
+use crate::pil::comparison::{Difference, Step, first_difference, lasting};
 use crate::pil::emulator::Emulator;
 use crate::pil::session::VehicleSession;
 use crate::pil::set_up::stand;
@@ -155,6 +155,7 @@ impl Bench {
             }
         }
         let telemetry = telemetry(received)?;
+        let told = Step::told(&telemetry, lasting(received, telemetry.tick));
         let since = telemetry.tick.saturating_sub(self.flight_tick);
         let periods = if self.flying && telemetry.tick > 1 { since.clamp(1, 1000) } else { 1 };
         let flying = matches!(telemetry.mode, Mode::Flying | Mode::Failsafe);
@@ -165,7 +166,7 @@ impl Bench {
         (self.flying, self.flight_tick) = (flying, telemetry.tick);
         self.report.skipped += periods - 1;
         for _ in 0..periods {
-            let tick = self.period(&telemetry);
+            let tick = self.period(telemetry.mode, &told);
             let failed = logs.observe(&tick, telemetry.mode, self.guidance.navigation).err();
             if let Some(error) = failed {
                 return Err(logs.unwritable(error));
@@ -175,17 +176,16 @@ impl Bench {
         Ok(())
     }
 
-    /// One control period under the image's wrench.
-    fn period(&mut self, telemetry: &Telemetry) -> Tick {
+    /// One control period under the image's wrench, which is `told` in `mode`.
+    fn period(&mut self, mode: Mode, told: &Step) -> Tick {
         let truth = *self.plant.truth();
-        let Telemetry { wrench, torque_demand_body, status, .. } = *telemetry;
-        let (applied, disturbance) = self.plant.command(&wrench);
+        let (applied, disturbance) = self.plant.command(&told.output.wrench);
         let mut tick = Tick {
             tick: self.report.ticks,
             time: self.report.ticks as f64 * self.period,
             truth,
             reference: self.guidance.reference,
-            output: StepOutput { wrench, torque_demand_body, status },
+            output: told.output,
             applied,
             law: self.in_step,
             intermediates: Intermediates::default(),
@@ -197,7 +197,7 @@ impl Bench {
             evaluation: Evaluation::default(),
         };
         if self.in_step {
-            self.compare(&mut tick, telemetry);
+            self.compare(&mut tick, mode, told);
         } else {
             tick.evaluation.position_error = tick.position_error();
         }
@@ -208,13 +208,13 @@ impl Bench {
     }
 
     /// Steps the law on the host, and compares.
-    fn compare(&mut self, tick: &mut Tick, telemetry: &Telemetry) {
-        let Some(expected) = self.observed.observe(tick, telemetry.mode, &self.measured) else {
+    fn compare(&mut self, tick: &mut Tick, mode: Mode, told: &Step) {
+        let Some(expected) = self.observed.observe(tick, mode, &self.measured) else {
             return;
         };
         self.report.compared += 1;
         if self.report.difference.is_none() {
-            self.report.difference = first_difference(tick.tick, &Step::from(telemetry), &expected);
+            self.report.difference = first_difference(tick.tick, told, &expected);
         }
     }
 }

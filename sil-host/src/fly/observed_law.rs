@@ -70,11 +70,6 @@ impl ObservedLaw {
             law.step_observed(state, measured, &tick.reference, |inner| seen = *inner);
         tick.intermediates = seen;
         tick.evaluation = evaluator.evaluate(tick);
-        Some(Step {
-            output,
-            estimates: law.estimates(state),
-            attitude_error: law.attitude_error(state),
-            auxiliary: law.auxiliary(state),
-        })
+        Some(Step::made(&*law, output, state))
     }
 }

@@ -11,7 +11,7 @@ use ctrl_core::mode::navigation::{NavigationMode, Navigator};
 use ctrl_core::mode::safety::SafetyConfig;
 use ctrl_core::trajectory::{HoverConfig, TrajectoryConfig};
 use ctrl_core::vehicle::VehicleState;
-use firmware::exchange::ControlStatus;
+use firmware::exchange::{ControlStatus, shown};
 use firmware::flight_control::{FlightControl, Health, Inputs, Outputs};
 use firmware::pilot::{Pilot, PilotedVehicle};
 use firmware::scenario::{BUILT_IN_MISSION, Tuning};
@@ -32,6 +32,7 @@ use sim::tick::Tick;
 use super::error::FlyError;
 use super::observed_law::ObservedLaw;
 use super::plant::FlownPlant;
+use crate::pil::PilError;
 
 /// The name of this vehicle in the session's handshake.
 const BOARD: &str = "sil-host fly";
@@ -271,6 +272,8 @@ impl<'m> FlownVehicle<'m> {
     }
 
     fn view(&self) -> View {
+        let estimates = self.control.estimates();
+        let lasting = self.control.lasting().map(|lasting| shown(&lasting, &estimates));
         View {
             time: (self.time() * 1e6) as u64,
             mode: self.status.mode,
@@ -280,6 +283,7 @@ impl<'m> FlownVehicle<'m> {
             thrust: self.thrust / self.thrust_max,
             load: 0.0, // it is not the host's that matters
             battery: self.battery(),
+            lasting,
         }
     }
 
@@ -334,6 +338,9 @@ impl<'m> FlownVehicle<'m> {
 /// Refuses rotors that the firmware's allocation does not command.
 fn check_rotors(rotors: &RotorsConfig) -> Result<(), FlyError> {
     let (given, needed) = (rotors.frame.geometry().rotors.len(), VEHICLE.geometry.rotors.len());
+    if rotors.tells_law {
+        return Err(PilError::TellsLaw.into());
+    }
     if given == needed { Ok(()) } else { Err(FlyError::Frame { given, needed }) }
 }
 

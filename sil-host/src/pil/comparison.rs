@@ -2,12 +2,14 @@
 
 use std::fmt;
 
-use ctrl_core::controller::{Auxiliary, Estimates, StepOutput};
+use ctrl_core::controller::{
+    AdaptiveController, Auxiliary, Estimates, LastingEstimates, StepOutput,
+};
 use glam::{Quat, Vec3};
-use link::Telemetry;
+use link::{Downlink, Telemetry};
 use sim::quantity::table::{
     ATTITUDE_ERROR, AUXILIARY_ATTITUDE, AUXILIARY_RATE, GYROSCOPIC_RATIO_ESTIMATE,
-    INERTIA_ESTIMATE, STATUS, THRUST, TORQUE, TORQUE_DEMAND,
+    INERTIA_ESTIMATE, LASTING_ACCELERATION_ESTIMATE, STATUS, THRUST, TORQUE, TORQUE_DEMAND,
 };
 
 /// Output and state of a law after a step.
@@ -21,16 +23,41 @@ pub struct Step {
     pub attitude_error: Quat,
     /// Its auxiliary system after the step.
     pub auxiliary: Auxiliary,
+    /// The estimates of its integral action after the step.
+    pub lasting: LastingEstimates,
 }
 
-impl From<&Telemetry> for Step {
-    fn from(telemetry: &Telemetry) -> Self {
+/// The integral action's estimates of a tick that are among messages.
+#[must_use]
+pub fn lasting(received: &[Downlink], tick: u64) -> Option<LastingEstimates> {
+    received.iter().find_map(|message| match message {
+        Downlink::Lasting(lasting) if lasting.tick == tick => Some(lasting.estimates),
+        _ => None,
+    })
+}
+
+impl Step {
+    /// The step that a vehicle tells of; without integral action it tells of no `lasting` estimates, which are then zero.
+    #[must_use]
+    pub fn told(telemetry: &Telemetry, lasting: Option<LastingEstimates>) -> Self {
         let Telemetry { wrench, torque_demand_body, status, .. } = *telemetry;
         Self {
             output: StepOutput { wrench, torque_demand_body, status },
             estimates: telemetry.estimates,
             attitude_error: telemetry.attitude_error,
             auxiliary: telemetry.auxiliary,
+            lasting: lasting.unwrap_or_default(),
+        }
+    }
+
+    /// The step of a law on the host, whose state is now `state`.
+    pub fn made<C: AdaptiveController>(law: &C, output: StepOutput, state: &C::State) -> Self {
+        Self {
+            output,
+            estimates: law.estimates(state),
+            attitude_error: law.attitude_error(state),
+            auxiliary: law.auxiliary(state),
+            lasting: law.lasting(state),
         }
     }
 }
@@ -38,8 +65,8 @@ impl From<&Telemetry> for Step {
 impl Step {
     /// The compared quantities: name, and components in the order x, y, z, w. Every status is exact as
     /// `f32`; names are those of the table of quantities, except for the estimates that only a law has.
-    fn quantities(&self) -> [(&'static str, Quat, usize); 11] {
-        let Self { output, estimates, attitude_error, auxiliary } = self;
+    fn quantities(&self) -> [(&'static str, Quat, usize); 14] {
+        let Self { output, estimates, attitude_error, auxiliary, lasting } = self;
         let scalar = |name, x| (name, Quat::from_xyzw(x, 0.0, 0.0, 0.0), 1);
         let vector = |name, x: Vec3| (name, Quat::from_vec4(x.extend(0.0)), 3);
         [
@@ -54,6 +81,9 @@ impl Step {
             (ATTITUDE_ERROR.name, *attitude_error, 4),
             (AUXILIARY_ATTITUDE.name, auxiliary.attitude, 4),
             vector(AUXILIARY_RATE.name, auxiliary.rate),
+            vector(LASTING_ACCELERATION_ESTIMATE.name, lasting.acceleration_world),
+            vector("lasting_torque_estimate", lasting.torque_body),
+            vector("lasting_angular_acceleration_estimate", lasting.angular_acceleration_body),
         ]
     }
 
@@ -131,6 +161,7 @@ mod tests {
             },
             attitude_error: Quat::IDENTITY,
             auxiliary: Auxiliary { attitude: Quat::IDENTITY, rate: Vec3::ZERO },
+            lasting: LastingEstimates::default(),
         }
     }
 
@@ -149,12 +180,15 @@ mod tests {
         let found = first_difference(7, &other, &step()).unwrap();
         assert_eq!((found.tick, found.quantity, found.component), (7, "torque_demand", "_y"));
         let mut other = step();
-        other.auxiliary.rate.z = f32::from_bits(1);
+        other.lasting.angular_acceleration_body.z = f32::from_bits(1);
         let found = first_difference(8, &step(), &other).unwrap();
-        assert_eq!((found.quantity, found.component), ("auxiliary_rate", "_z"));
+        assert_eq!(
+            (found.quantity, found.component),
+            ("lasting_angular_acceleration_estimate", "_z")
+        );
         assert_eq!(
             found.to_string(),
-            "tick 8, auxiliary_rate_z: 0.0 (00000000) on the vehicle, 1e-45 (00000001) in SIL"
+            "tick 8, lasting_angular_acceleration_estimate_z: 0.0 (00000000) on the vehicle, 1e-45 (00000001) in SIL"
         );
     }
 }

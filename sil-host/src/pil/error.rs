@@ -44,6 +44,8 @@ pub enum PilError {
     },
     /// The inertial samples are rarer than the control ticks: the image takes one in each.
     SlowSensors,
+    /// The scenario's rotors tell the law what they make of its command, and the image's do not.
+    TellsLaw,
     /// The vehicle stopped flying.
     NotFlying {
         /// Control ticks since the start.
@@ -98,6 +100,9 @@ impl fmt::Display for PilError {
             Self::SlowSensors => out.write_str(
                 "sensors.imu: its samples are rarer than the control ticks, and the image takes one in each; \
                  choose a rate of the control loop's or above",
+            ),
+            Self::TellsLaw => out.write_str(
+                "rotors.tells_law: the image's law is not told what the rotors make of its command",
             ),
             Self::NotFlying { tick, mode, cause } => {
                 write!(out, "the vehicle is {mode:?} at tick {tick}, cause {cause:?}")

@@ -15,7 +15,7 @@ use link::{Downlink, Telemetry, Uplink};
 use sim::sensor::SensorSamples;
 
 use super::PilError;
-use super::comparison::{Difference, Step, first_difference};
+use super::comparison::{Difference, Step, first_difference, lasting};
 use super::cost::StepCost;
 use super::flying_ahead::Ahead;
 use super::session::{VehicleSession, one_telemetry};
@@ -86,17 +86,18 @@ impl<'a> InFlight<'a> {
     }
 
     /// One control tick with the sample `vehicle`. Nothing if its telemetry was lost on a line that damages frames.
-    fn step(&mut self, vehicle: &VehicleState) -> Result<Option<Telemetry>, PilError> {
+    fn step(&mut self, vehicle: &VehicleState, expected: &Step) -> Result<Option<Step>, PilError> {
         let received = self.session.send(&self.messages(self.ticks, vehicle))?;
-        self.take(&received, vehicle)
+        self.take(&received, vehicle, expected)
     }
 
-    /// Takes in the messages of the vehicle's tick with the sample `vehicle`.
+    /// Takes in the messages of the vehicle's tick with the sample `vehicle`, and compares what they tell.
     fn take(
         &mut self,
         received: &[Downlink],
         vehicle: &VehicleState,
-    ) -> Result<Option<Telemetry>, PilError> {
+        expected: &Step,
+    ) -> Result<Option<Step>, PilError> {
         let telemetry = if self.session.is_lossy() {
             self.of_this_tick(received)?
         } else {
@@ -109,8 +110,17 @@ impl<'a> InFlight<'a> {
             let cost = self.session.cost_unit().cost(step_cost);
             self.cost.observe(self.ticks, cost, vehicle);
         }
+        let told = telemetry.map(|telemetry| {
+            let lasting = lasting(received, telemetry.tick);
+            // Lost alone on a line that damages frames, it cannot be compared.
+            let unknown = self.session.is_lossy().then_some(expected.lasting);
+            Step::told(&telemetry, lasting.or(unknown))
+        });
+        if let (Some(told), None) = (&told, self.difference) {
+            self.difference = first_difference(self.ticks, told, expected);
+        }
         self.ticks += 1;
-        Ok(telemetry)
+        Ok(told)
     }
 
     /// A control tick with the sample `vehicle`, in which the law did `expected`. The vehicle flies it later: while
@@ -139,13 +149,8 @@ impl<'a> InFlight<'a> {
         while let Some((vehicle, expected)) =
             self.ahead.as_mut().and_then(|ahead| ahead.next_unanswered(left))
         {
-            let tick = self.ticks;
             let received = self.session.receive()?;
-            if let Some(telemetry) = self.take(&received, &vehicle)?
-                && self.difference.is_none()
-            {
-                self.difference = first_difference(tick, &Step::from(&telemetry), &expected);
-            }
+            self.take(&received, &vehicle, &expected)?;
         }
         Ok(())
     }
@@ -182,17 +187,6 @@ pub struct Memory<S> {
     received: Option<Step>,
 }
 
-impl<C: AdaptiveController> OnVehicle<'_, '_, C> {
-    fn step_of(&self, output: StepOutput, state: &C::State) -> Step {
-        Step {
-            output,
-            estimates: self.law.estimates(state),
-            attitude_error: self.law.attitude_error(state),
-            auxiliary: self.law.auxiliary(state),
-        }
-    }
-}
-
 impl<C: AdaptiveController> TrackingController for OnVehicle<'_, '_, C> {
     type State = Memory<C::State>;
 
@@ -223,7 +217,7 @@ impl<C: AdaptiveController> AdaptiveController for OnVehicle<'_, '_, C> {
         observe: impl FnOnce(&Intermediates),
     ) -> StepOutput {
         let output = self.law.step_observed(&mut state.law, vehicle, reference, observe);
-        let expected = self.step_of(output, &state.law);
+        let expected = Step::made(&self.law, output, &state.law);
         let flight = &mut *self.flight.borrow_mut();
         if flight.failure.is_some() {
             return output;
@@ -232,15 +226,10 @@ impl<C: AdaptiveController> AdaptiveController for OnVehicle<'_, '_, C> {
             flight.failure = flight.step_ahead(vehicle, expected).err();
             return output;
         }
-        let tick = flight.ticks;
-        match flight.step(vehicle) {
+        match flight.step(vehicle, &expected) {
             // The rotors hold what was received last.
             Ok(None) => state.received.map_or(output, |received| received.output),
-            Ok(Some(telemetry)) => {
-                let received = Step::from(&telemetry);
-                if flight.difference.is_none() {
-                    flight.difference = first_difference(tick, &received, &expected);
-                }
+            Ok(Some(received)) => {
                 state.received = Some(received);
                 received.output
             }
@@ -273,8 +262,11 @@ impl<C: AdaptiveController> AdaptiveController for OnVehicle<'_, '_, C> {
         state.received.map_or_else(|| self.law.auxiliary(&state.law), |received| received.auxiliary)
     }
 
-    /// The host's: telemetry does not carry them, and the next tick's wrench would differ with them.
     fn lasting(&self, state: &Self::State) -> LastingEstimates {
-        self.law.lasting(&state.law)
+        state.received.map_or_else(|| self.law.lasting(&state.law), |received| received.lasting)
+    }
+
+    fn has_integral_action(&self) -> bool {
+        self.law.has_integral_action()
     }
 }

@@ -1,13 +1,13 @@
 //! A [`Recording`] fed back: to the image, whose answers must be the same, and to the law on the host.
 
-use ctrl_core::controller::AdaptiveController;
+use ctrl_core::controller::{AdaptiveController, LastingEstimates};
 use ctrl_core::mode::Mode;
 use ctrl_core::trajectory::Trajectory;
 use ctrl_core::vehicle::VehicleState;
 use link::{Decoder, Downlink, Encoder, Identity, MAX_FRAME, Message, Telemetry, Uplink};
 
 use super::PilError;
-use super::comparison::{Difference, Step, first_difference};
+use super::comparison::{Difference, Step, first_difference, lasting};
 use super::emulator::Emulator;
 use super::lockstep::{Lockstep, PATIENCE};
 use super::recording::{Direction, Recording};
@@ -64,16 +64,11 @@ fn steps<C: AdaptiveController>(
     let trajectory = scenario.trajectory.build(law.step_period())?;
     let mut state = law.initial_state();
     let flown = flown(recording);
-    for (tick, (sample, telemetry)) in flown.iter().enumerate() {
+    for (tick, Flown { sample, telemetry, lasting }) in flown.iter().enumerate() {
         let tick = tick as u64;
         let output = law.step(&mut state, sample, &trajectory.reference(tick));
-        let host = Step {
-            output,
-            estimates: law.estimates(&state),
-            attitude_error: law.attitude_error(&state),
-            auxiliary: law.auxiliary(&state),
-        };
-        let difference = first_difference(tick, &Step::from(telemetry), &host);
+        let host = Step::made(law, output, &state);
+        let difference = first_difference(tick, &Step::told(telemetry, *lasting), &host);
         if difference.is_some() {
             return Ok((tick, difference));
         }
@@ -81,9 +76,16 @@ fn steps<C: AdaptiveController>(
     Ok((flown.len() as u64, None))
 }
 
+/// A tick of flight.
+struct Flown {
+    sample: VehicleState,
+    telemetry: Telemetry,
+    lasting: Option<LastingEstimates>,
+}
+
 /// Each sample of flight with what the vehicle made of it. The vehicle holds the last good sample when
 /// one is missed.
-fn flown(recording: &Recording) -> Vec<(VehicleState, Telemetry)> {
+fn flown(recording: &Recording) -> Vec<Flown> {
     let (mut uplink, mut downlink) = (Decoder::default(), Decoder::default());
     let (mut sample, mut flown) = (None, Vec::new());
     for (direction, bytes) in &recording.packets {
@@ -96,11 +98,13 @@ fn flown(recording: &Recording) -> Vec<(VehicleState, Telemetry)> {
                 }
             }
             Direction::FromVehicle => {
-                for message in messages(&mut downlink, bytes) {
+                let received = messages(&mut downlink, bytes);
+                for message in &received {
                     if let (Downlink::Telemetry(telemetry), Some(sample)) = (message, sample)
                         && telemetry.mode == Mode::Flying
                     {
-                        flown.push((sample, telemetry));
+                        let lasting = lasting(&received, telemetry.tick);
+                        flown.push(Flown { sample, telemetry: *telemetry, lasting });
                     }
                 }
             }

@@ -50,6 +50,9 @@ pub fn stand(session: &mut VehicleSession, scenario: &Scenario) -> Result<(), Pi
 
 /// Begins the conversation; the scenario's initial state.
 fn greet(session: &mut VehicleSession, scenario: &Scenario) -> Result<VehicleState, PilError> {
+    if scenario.rotors.as_ref().is_some_and(|rotors| rotors.tells_law) {
+        return Err(PilError::TellsLaw);
+    }
     let state = scenario.initial.state().measured();
     let identity = session.subscribe(state)?;
     let (image, wanted) = (identity.step_period, scenario.controller.step_period());

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::digits::rounded;
 use super::request::{Limits, Request};
+use super::steady::HorizontalBounds;
 
 /// Share of the attitude loop's speed at which inertia and gyroscopic ratios adapt in a brisk
 /// manoeuvre (one radian of amplitude at the attitude's bandwidth, or the whole torque).
@@ -23,7 +24,8 @@ pub(super) fn assembled(
 ) -> ControllerConfig {
     let &Request { known, initial, reference_acceleration_max, step_period, limits, .. } = request;
     let rotors = request.rotor_model();
-    let integral = request.steady.bounded(known.disturbance_acceleration.into());
+    let bounds = HorizontalBounds::new(&known, reference_acceleration_max);
+    let integral = request.steady.bounded(&bounds);
     let in_motion = ADAPTATION * k4 / (attitude * attitude * attitude);
     let rounded_each = |it: DVec3| it.map(rounded).as_vec3();
     match limits {

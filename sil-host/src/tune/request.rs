@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::digits::rounded;
 use super::margin::Rotors;
-use super::steady::Steady;
+use super::steady::{HorizontalBounds, Steady};
 use ctrl_core::controller::ControllerConfig;
 use sim::scenario::document::TomlText;
 use sim::scenario::{BuiltIn, LoadedScenario, Scenario, ScenarioError};
@@ -464,7 +464,8 @@ fn from_scenario(scenario: &Scenario, flags: WantedOptions) -> Request {
         delay: actuation.delay.unwrap_or_default(),
     };
     let noise = scenario.state_feedback.rate_body.and_then(|it| it.white_noise);
-    let borne = Steady::borne(controller.integral(), known.disturbance_acceleration.into());
+    let bounds = HorizontalBounds::new(&known, reference_acceleration_max);
+    let borne = Steady::borne(controller.integral(), &bounds);
     let steady = Steady {
         acceleration: flags.steady_acceleration.unwrap_or(borne.acceleration),
         torque: flags.steady_torque.unwrap_or(borne.torque),

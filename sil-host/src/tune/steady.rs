@@ -1,7 +1,7 @@
 //! Disturbances that last, and the bounds of the integral action against them.
 
 use ctrl_core::config::IntegralAction;
-use ctrl_core::vehicle::GRAVITY;
+use ctrl_core::vehicle::{GRAVITY, Uncertainty};
 use serde::Serialize;
 
 use super::digits::rounded_up;
@@ -21,13 +21,11 @@ pub struct Steady {
 const PROVISIONAL: f64 = 1e-6;
 
 impl Steady {
-    /// What a law with this integral action bears, where `D1` is `disturbance` (m/s^2).
+    /// What a law with this integral action bears, where `D1` and `M_p` are `bounds`.
     #[must_use]
-    pub fn borne(integral: &IntegralAction, disturbance: f64) -> Self {
-        Self {
-            acceleration: f64::from(integral.acceleration_max) / room(disturbance),
-            torque: integral.torque_max.into(),
-        }
+    pub fn borne(integral: &IntegralAction, bounds: &HorizontalBounds) -> Self {
+        let acceleration = bounds.borne(integral.acceleration_max.into());
+        Self { acceleration, torque: integral.torque_max.into() }
     }
 
     /// `true` if nothing lasts.
@@ -36,11 +34,11 @@ impl Steady {
         *self == Self::default()
     }
 
-    /// Integral action with the bounds for it, where `D1` is `disturbance` (m/s^2).
-    pub(super) fn bounded(&self, disturbance: f64) -> IntegralAction {
+    /// Integral action with the bounds for it, where `D1` and `M_p` are `bounds`.
+    pub(super) fn bounded(&self, bounds: &HorizontalBounds) -> IntegralAction {
         let gain = |on: f64| if on > 0.0 { PROVISIONAL as f32 } else { 0.0 };
         IntegralAction {
-            acceleration_max: rounded_up(self.acceleration * room(disturbance)) as f32,
+            acceleration_max: rounded_up(bounds.needed(self.acceleration)) as f32,
             gamma_d: gain(self.acceleration),
             torque_max: self.torque as f32,
             gamma_t: gain(self.torque),
@@ -48,8 +46,36 @@ impl Steady {
     }
 }
 
-/// `1 + D1/g`: a vertical push within `D1` moves the mass estimate by so much, and the estimate of the horizontal one
-/// with it (`docs/theory.md`).
-fn room(disturbance: f64) -> f64 {
-    1.0 + disturbance / G
+/// Bounds that say how far the estimate of a lasting push goes beyond the push itself (`docs/theory.md`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HorizontalBounds {
+    /// `D1` (m/s^2).
+    pub disturbance: f64,
+    /// `M_p` (m/s^2).
+    pub reference: f64,
+}
+
+impl HorizontalBounds {
+    /// The bounds of a vehicle that follows references within `reference_acceleration_max` (m/s^2).
+    #[must_use]
+    pub fn new(known: &Uncertainty, reference_acceleration_max: f32) -> Self {
+        let disturbance = known.disturbance_acceleration.into();
+        Self { disturbance, reference: reference_acceleration_max.into() }
+    }
+
+    /// `D1/(g - M_p - D1)`: a vertical push within `D1` moves the mass estimate by so much at most.
+    fn mass_error(&self) -> f64 {
+        self.disturbance / (G - self.reference - self.disturbance)
+    }
+
+    /// `D_c` for a push (m/s^2); zero for none.
+    fn needed(&self, push: f64) -> f64 {
+        if push > 0.0 { push + self.mass_error() * (push + self.reference) } else { 0.0 }
+    }
+
+    /// The push that `D_c` (m/s^2) has room for.
+    fn borne(&self, bound: f64) -> f64 {
+        let error = self.mass_error();
+        ((bound - error * self.reference) / (1.0 + error)).max(0.0)
+    }
 }

@@ -4,7 +4,7 @@
 
 use crate::norm::Norm;
 use ctrl_core::vehicle::Wrench;
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Vec3};
 
 use super::contact::Contact;
 use super::rotors::BatteryState;
@@ -85,6 +85,14 @@ impl Plant for GroundedVehicle {
 
     fn command(&mut self, wrench: &Wrench) -> AppliedWrench {
         self.vehicle.command(wrench)
+    }
+
+    fn tells_law(&self) -> bool {
+        self.vehicle.tells_law()
+    }
+
+    fn made(&self, command: &Wrench) -> Vec3 {
+        self.vehicle.made(command)
     }
 
     fn add_drag(&self, held: &mut Disturbance) {

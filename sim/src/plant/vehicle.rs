@@ -2,6 +2,7 @@
 
 use ctrl_core::allocation::RotorThrusts;
 use ctrl_core::vehicle::Wrench;
+use glam::Vec3;
 
 use super::actuation::Actuators;
 use super::rigid_body::RigidBody;
@@ -16,6 +17,16 @@ pub trait Plant {
     /// Receives the command of a tick, once before each [`advance`](Self::advance). Returns the wrench that
     /// acts at this instant.
     fn command(&mut self, wrench: &Wrench) -> AppliedWrench;
+
+    /// `true` if the law is to take what the rotors [make](Self::made) of its command for the torque that acts.
+    fn tells_law(&self) -> bool {
+        false
+    }
+
+    /// Torque that the mixer makes of a command that it would receive now (N m): the command's own without a mixer.
+    fn made(&self, command: &Wrench) -> Vec3 {
+        command.torque_body
+    }
 
     /// Adds to the disturbance of the tick whose command was received last what the vehicle itself makes of its motion
     /// through the air: nothing, unless it has rotors with drag.
@@ -90,6 +101,18 @@ impl Plant for Vehicle {
             Drive::Ideal => AppliedWrench::from(*wrench),
             Drive::Wrench(actuators) => actuators.take(wrench),
             Drive::Rotors(rotors) => rotors.take(wrench),
+        }
+    }
+
+    #[inline]
+    fn tells_law(&self) -> bool {
+        matches!(&self.drive, Drive::Rotors(rotors) if rotors.tells_law())
+    }
+
+    fn made(&self, command: &Wrench) -> Vec3 {
+        match &self.drive {
+            Drive::Rotors(rotors) => rotors.made(command),
+            Drive::Ideal | Drive::Wrench(_) => command.torque_body,
         }
     }
 

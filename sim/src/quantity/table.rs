@@ -95,11 +95,7 @@ quantities! {
         Vector(|t| t.lasting.acceleration_world);
     LASTING_TORQUE_ESTIMATE: "lasting_torque_estimate", "lasting_torque", "N m",
         "`t_hat` of the integral action, controller 1; `s_hat/theta_hat`, controller 2; body",
-        Vector(|t| if t.estimates.inverse_inertia == Vec3::ZERO {
-            t.lasting.torque_body
-        } else {
-            t.lasting.angular_acceleration_body / t.estimates.inverse_inertia
-        });
+        Vector(|t| t.lasting.torque(&t.estimates));
 
     AUXILIARY_ATTITUDE: "auxiliary_attitude", "attitude", "-", "`q_a` (38)",
         Quaternion(|t| t.auxiliary.attitude);

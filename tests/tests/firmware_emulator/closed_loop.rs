@@ -6,10 +6,11 @@ use ctrl_core::controller::{StepOutput, TrackingController};
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
 use firmware::replay::ReplaySample;
+use sim::closed_loop::ObservedController;
 use sim::scenario::{LoadedScenario, flight_with};
 
 /// Flies a scenario's first ticks with another controller in place of its own.
-pub fn advance<C: TrackingController>(scenario: &str, ticks: u64, controller: C) {
+pub fn advance<C: ObservedController>(scenario: &str, ticks: u64, controller: C) {
     let loaded = LoadedScenario::open(scenario, &[]).unwrap();
     flight_with(controller, loaded.scenario()).unwrap().advance(ticks);
 }
@@ -43,3 +44,5 @@ impl<C: TrackingController> TrackingController for RecordingController<'_, C> {
         self.law.step_period()
     }
 }
+
+impl<C: TrackingController> ObservedController for RecordingController<'_, C> {}

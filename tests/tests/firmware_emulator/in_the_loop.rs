@@ -62,6 +62,25 @@ fn gains_seed_and_trajectory_of_other_scenarios_reach_the_vehicle() {
     assert_flies_as_in_sil("paper-saturated", &["duration=1", "controller.saturated.k4=3"]);
 }
 
+/// The image tells the estimates of the integral action; left out, they are zeros, which differ.
+#[test]
+fn estimates_of_the_integral_action_are_those_of_sil_to_the_bit() {
+    let integral = "controller.robust_adaptive.integral";
+    let set = ["acceleration_max=0.3", "gamma_d=0.1", "torque_max=0.01", "gamma_t=0.5"];
+    let set = set.map(|value| format!("{integral}.{value}"));
+    for (name, changes) in [("steady-wind", &[][..]), ("paper-robust-adaptive", &set)] {
+        let changes: Vec<_> = changes.iter().map(String::as_str).chain(["duration=0.5"]).collect();
+        let (on_board, vehicle, _) = flown(name, &changes);
+        assert_eq!(on_board.difference, None, "{name}");
+        let last = vehicle.0.last().unwrap();
+        assert!(
+            !last.contains("lasting: LastingEstimates { acceleration_world: Vec3(0.0,"),
+            "{last}"
+        );
+        assert_flies_as_in_sil(name, &changes);
+    }
+}
+
 #[test]
 fn the_image_flies_by_sensors_as_in_sil_to_the_bit() {
     assert_flies_as_in_sil("sensors-indoors", &["duration=3"]);

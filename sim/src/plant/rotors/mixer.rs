@@ -58,6 +58,17 @@ impl Mixer {
         time: f64,
         battery: Option<&BatteryState>,
     ) -> Thrusts {
+        let (Allocation { thrusts, .. }, supply) = self.allocation(command, time, battery);
+        self.of_thrusts(&thrusts, supply)
+    }
+
+    /// The allocation at `time` (s) of `command`, and the supply that it reckons with.
+    pub fn allocation(
+        &mut self,
+        command: &Wrench,
+        time: f64,
+        battery: Option<&BatteryState>,
+    ) -> (Allocation, f32) {
         while let Some((_, rotor)) = self.losses.pop_if(|(from, _)| *from <= time) {
             let lost = self.allocator.lose(rotor);
             debug_assert!(lost.is_ok(), "all of them were lost once, in `new`");
@@ -66,8 +77,7 @@ impl Mixer {
             (Some(compensation), Some(battery)) => compensation.measure(battery.voltage as f32),
             _ => 1.0,
         };
-        let Allocation { thrusts, .. } = self.allocator.allocate_at(command, supply);
-        self.of_thrusts(&thrusts, supply)
+        (self.allocator.allocate_at(command, supply), supply)
     }
 
     /// The throttles for `thrusts` (N) at `supply`, the thrust over that at the nominal voltage.

@@ -20,7 +20,7 @@ pub use thrust_curve::ThrustCurveConfig;
 use ctrl_core::allocation::{RotorThrusts, Spin};
 use ctrl_core::error::ConfigError;
 use ctrl_core::vehicle::{GRAVITY, Wrench};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::actuation::delay::Delay;
@@ -37,6 +37,10 @@ use mixer::Mixer;
 pub struct RotorsConfig {
     /// Places, spins and limits.
     pub frame: Frame,
+    /// Whether controller 2 is told what the mixer makes of its torque, and takes that for the torque that acts in (39) and (51):
+    /// `AdaptiveController::step_limited`.
+    #[serde(default)]
+    pub tells_law: bool,
     /// Thrust over throttle; the square, known to the mixer, where it is absent.
     pub thrust_curve: Option<ThrustCurveConfig>,
     /// `c`: drag of a rotor per speed through the air, for each root of a newton (N s/m per root newton).
@@ -107,6 +111,7 @@ impl Combine for Thrusts {
 #[derive(Clone, Debug)]
 pub struct Rotors {
     mixer: Mixer,
+    tells_law: bool,
     curve: ThrustCurveConfig,
     thrust_max: Thrusts,
     /// Columns of the torque: that of each rotor for a newton (m).
@@ -155,6 +160,7 @@ impl Rotors {
         let actuation = actuation.in_steps_of(h);
         let mut new = Self {
             mixer,
+            tells_law: config.tells_law,
             curve: config.thrust_curve(),
             thrust_max,
             torque_arms,
@@ -182,6 +188,20 @@ impl Rotors {
         let battery = self.battery.as_ref().map(|(_, state)| state);
         let throttles = self.mixer.throttles(command, self.time(), battery);
         self.take_throttles(&throttles)
+    }
+
+    /// `true` if the law is told what the mixer [makes](Self::made) of its command.
+    #[must_use]
+    pub fn tells_law(&self) -> bool {
+        self.tells_law
+    }
+
+    /// Torque that the mixer makes of a command that it would receive now (N m).
+    #[must_use]
+    pub fn made(&self, command: &Wrench) -> Vec3 {
+        let battery = self.battery.as_ref().map(|(_, state)| state);
+        let (allocation, _) = self.mixer.clone().allocation(command, self.time(), battery);
+        allocation.achieved.torque_body
     }
 
     /// As [`take`](Self::take), for the thrusts (N) of a flight controller that allocates itself, by throttles of
