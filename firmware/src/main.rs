@@ -473,10 +473,7 @@ mod app {
             let report = ticks.lock(|ticks| ticks.health(link, dropped));
             cx.local.events.log(status, &report, late);
             health.lock(|health| *health = Some(report));
-            if let Some(change) = session.lock(|session| session.next_to_store()) {
-                let result = change.store(cx.local.store);
-                session.lock(|session| session.stored(result));
-            }
+            store_next(&mut session, cx.local.store);
             ticks.lock(|ticks| ticks.finish_housekeeping(now()))
         } else {
             // Pended without a release while lock step waits for its host.
@@ -488,6 +485,18 @@ mod app {
         if let Some(uptime_ticks) = ticks.lock(|ticks| ticks.take_announcement()) {
             transmitter.lock(|transmitter| announce(transmitter, uptime_ticks));
             Active::exchange();
+        }
+    }
+
+    /// Stores what the session has to keep.
+    #[inline(never)]
+    fn store_next(
+        session: &mut impl rtic::Mutex<T = &'static mut HostSession<'static>>,
+        store: &mut ParameterStore<<Active as Board>::Storage>,
+    ) {
+        if let Some(change) = session.lock(|session| session.next_to_store()) {
+            let result = change.store(store);
+            session.lock(|session| session.stored(result));
         }
     }
 

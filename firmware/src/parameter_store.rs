@@ -104,8 +104,8 @@ impl<F: NorFlash> ParameterStore<F> {
     pub fn open(flash: F) -> (Self, Found) {
         const {
             assert!(F::ERASE_SIZE.is_multiple_of(SLOT) && F::ERASE_SIZE >= 2 * SLOT);
-            assert!(SLOT.is_multiple_of(F::WRITE_SIZE) && SLOT.is_multiple_of(CHUNK));
-            assert!(CHUNK.is_multiple_of(F::READ_SIZE));
+            assert!(CHUNK.is_multiple_of(F::WRITE_SIZE) && SLOT.is_multiple_of(CHUNK));
+            assert!(F::READ_SIZE == 1);
         }
         let (newest, free) = (None, [None; SECTORS]);
         let mut store = Self { flash, generation: 0, active: 0, newest, free };
@@ -136,8 +136,13 @@ impl<F: NorFlash> ParameterStore<F> {
     #[inline(never)]
     pub fn append(&mut self, payload: &[u8]) -> Result<u32, StoreError> {
         let generation = self.generation.checked_add(1).ok_or(StoreError::Failed)?;
-        let mut record = Vec::new();
-        encode(generation, payload, F::WRITE_SIZE, &mut record).ok_or(StoreError::Failed)?;
+        let length = u16::try_from(payload.len()).map_err(|_| StoreError::Failed)?;
+        if payload.len() > PAYLOAD_MAX {
+            return Err(StoreError::Failed);
+        }
+        let header = header(generation, length);
+        let checksum = checksum(&header, payload).to_le_bytes();
+        let record = header.iter().chain(payload).chain(&checksum).copied();
         let other = SECTORS - 1 - self.active;
         let room = |sector: usize| {
             let slot = (*self.free.get(sector)?).filter(|slot| *slot < Self::SLOTS);
@@ -149,37 +154,53 @@ impl<F: NorFlash> ParameterStore<F> {
         // A slot is used up even if that fails: what is left in it is not known.
         *self.free.get_mut(sector).ok_or(StoreError::Failed)? = Some(slot + 1);
         let place = Self::offset(sector, slot);
-        self.flash.write(place, &record).map_err(|_| StoreError::Failed)?;
-        if !self.holds(place, &record) {
+        let written = self.write(place, record.clone()).is_some();
+        if !written || !self.holds(place, record) {
             return Err(StoreError::Failed);
         }
         (self.generation, self.active, self.newest) = (generation, sector, Some(slot));
         Ok(generation)
     }
 
-    /// The newest record, read again; none if there is none.
+    /// Reads the newest record again, into `payload`; `false` if there is none.
     #[inline(never)]
-    pub fn newest(&mut self) -> Option<Payload> {
-        let slot = self.slot(self.active, self.newest?)?;
-        Some(decode(&slot)?.1)
+    pub fn newest(&mut self, payload: &mut Payload) -> bool {
+        let slot = self.newest;
+        slot.and_then(|slot| self.read(self.active, slot, payload)).is_some()
+    }
+
+    /// Writes bytes from `place` on, a chunk at a time, up to a whole unit of the memory.
+    fn write(&mut self, place: u32, bytes: impl Iterator<Item = u8>) -> Option<()> {
+        let (mut place, mut bytes) = (place, bytes.peekable());
+        while bytes.peek().is_some() {
+            let (mut chunk, mut length) = ([ERASED; CHUNK], 0);
+            for (to, byte) in chunk.iter_mut().zip(bytes.by_ref().take(CHUNK)) {
+                *to = byte;
+                length += 1;
+            }
+            let whole = chunk.get(..usize::next_multiple_of(length, F::WRITE_SIZE))?;
+            self.flash.write(place, whole).ok()?;
+            place += CHUNK as u32;
+        }
+        Some(())
     }
 
     /// `true` if the memory at `place` reads as `record` and is blank behind it, to the end of the slot.
-    fn holds(&mut self, place: u32, record: &[u8]) -> bool {
-        let blank = [ERASED; CHUNK];
+    fn holds(&mut self, place: u32, record: impl Iterator<Item = u8>) -> bool {
+        let mut expected = record.chain(core::iter::repeat(ERASED));
         (0..SLOT).step_by(CHUNK).all(|offset| {
             let mut read = [0; CHUNK];
-            let expected = record.iter().skip(offset).chain(blank.iter());
             self.flash.read(place + offset as u32, &mut read).is_ok()
-                && read.iter().zip(expected).all(|(read, expected)| read == expected)
+                && read.iter().all(|read| expected.next() == Some(*read))
         })
     }
 
     /// Goes on with the log behind its newest record.
     fn take_up(&mut self, generation: u32, sector: usize, slot: usize) -> Found {
         (self.generation, self.active, self.newest) = (generation, sector, Some(slot));
-        match self.slot(sector, slot).as_ref().and_then(decode) {
-            Some((generation, payload)) => Found::Record(generation, payload),
+        let mut payload = Payload::new();
+        match self.read(sector, slot, &mut payload) {
+            Some(generation) => Found::Record(generation, payload),
             None => Found::Unreadable,
         }
     }
@@ -203,33 +224,58 @@ impl<F: NorFlash> ParameterStore<F> {
     fn prepare(&mut self, sector: usize) -> Option<()> {
         let (start, end) = (Self::offset(sector, 0), Self::offset(sector + 1, 0));
         self.flash.erase(start, end).ok()?;
-        let mut mark = [ERASED; SLOT];
-        *mark.first_chunk_mut()? = SECTOR_MARK;
-        let length = SECTOR_MARK.len().next_multiple_of(F::WRITE_SIZE);
-        self.flash.write(start, mark.get(..length)?).ok()
+        self.write(start, SECTOR_MARK.into_iter())
     }
 
     /// Reads a whole sector; none if that fails.
     fn survey(&mut self, sector: usize) -> Option<Survey> {
         let mut survey = Survey::default();
         for slot in 0..Self::SLOTS {
-            let bytes = self.slot(sector, slot)?;
-            if bytes != [ERASED; SLOT] {
+            let place = Self::offset(sector, slot);
+            if !self.is_blank(place)? {
                 survey.end = slot + 1;
             }
             if slot == 0 {
-                survey.marked = bytes.starts_with(&SECTOR_MARK);
+                survey.marked = self.bytes(place)? == SECTOR_MARK;
             }
-            if let Some((generation, _)) = decode(&bytes) {
+            if let Some(generation) = self.read(sector, slot, &mut Payload::new()) {
                 survey.newest = survey.newest.max(Some((generation, slot)));
             }
         }
         Some(survey)
     }
 
-    fn slot(&mut self, sector: usize, slot: usize) -> Option<[u8; SLOT]> {
-        let mut bytes = [0; SLOT];
-        self.flash.read(Self::offset(sector, slot), &mut bytes).ok()?;
+    /// `true` if the slot at `place` has been erased and not written since.
+    fn is_blank(&mut self, place: u32) -> Option<bool> {
+        let mut blank = true;
+        for offset in (0..SLOT).step_by(CHUNK) {
+            blank &= self.bytes(place + offset as u32)? == [ERASED; CHUNK];
+        }
+        Some(blank)
+    }
+
+    /// Reads the record in a slot into `payload`; its generation, if there is a whole one.
+    #[inline(never)]
+    fn read(&mut self, sector: usize, slot: usize, payload: &mut Payload) -> Option<u32> {
+        let place = Self::offset(sector, slot);
+        let header: [u8; HEADER] = self.bytes(place)?;
+        let (mark, rest) = header.split_first_chunk()?;
+        let (generation, rest) = rest.split_first_chunk()?;
+        let length = u16::from_le_bytes(*rest.first_chunk()?);
+        if *mark != RECORD_MARK {
+            return None;
+        }
+        payload.clear();
+        payload.resize(length.into(), 0).ok()?;
+        self.flash.read(place + HEADER as u32, payload).ok()?;
+        let stored = self.bytes(place + HEADER as u32 + u32::from(length))?;
+        (checksum(&header, payload) == u32::from_le_bytes(stored)).then_some(())?;
+        Some(u32::from_le_bytes(*generation))
+    }
+
+    fn bytes<const N: usize>(&mut self, place: u32) -> Option<[u8; N]> {
+        let mut bytes = [0; N];
+        self.flash.read(place, &mut bytes).ok()?;
         Some(bytes)
     }
 
@@ -238,38 +284,20 @@ impl<F: NorFlash> ParameterStore<F> {
     }
 }
 
-/// Writes a record for the start of a slot, in whole units of `write_size`; none if the payload is too
-/// long.
-fn encode(
-    generation: u32,
-    payload: &[u8],
-    write_size: usize,
-    record: &mut Vec<u8, SLOT>,
-) -> Option<()> {
-    let length = u16::try_from(payload.len()).ok()?.to_le_bytes();
-    record.extend_from_slice(&RECORD_MARK).ok()?;
-    record.extend_from_slice(&generation.to_le_bytes()).ok()?;
-    record.extend_from_slice(&length).ok()?;
-    record.extend_from_slice(payload).ok()?;
-    let checksum = CRC.checksum(record).to_le_bytes();
-    record.extend_from_slice(&checksum).ok()?;
-    record.resize(record.len().next_multiple_of(write_size), ERASED).ok()
+/// What a record begins with.
+fn header(generation: u32, length: u16) -> [u8; HEADER] {
+    let [m0, m1, m2, m3] = RECORD_MARK;
+    let [g0, g1, g2, g3] = generation.to_le_bytes();
+    let [l0, l1] = length.to_le_bytes();
+    [m0, m1, m2, m3, g0, g1, g2, g3, l0, l1]
 }
 
-/// Generation and payload of the record in a slot, if it holds a whole one.
-fn decode(slot: &[u8; SLOT]) -> Option<(u32, Payload)> {
-    let (mark, rest) = slot.split_first_chunk()?;
-    let (generation, rest) = rest.split_first_chunk()?;
-    let (length, rest) = rest.split_first_chunk()?;
-    if *mark != RECORD_MARK {
-        return None;
-    }
-    let length = usize::from(u16::from_le_bytes(*length));
-    let payload = rest.get(..length)?;
-    let checksum = rest.get(length..)?.first_chunk()?;
-    let covered = slot.get(..HEADER + length)?;
-    (CRC.checksum(covered) == u32::from_le_bytes(*checksum)).then_some(())?;
-    Some((u32::from_le_bytes(*generation), Payload::from_slice(payload).ok()?))
+/// Checksum of a record.
+fn checksum(header: &[u8; HEADER], payload: &[u8]) -> u32 {
+    let mut digest = CRC.digest();
+    digest.update(header);
+    digest.update(payload);
+    digest.finalize()
 }
 
 #[cfg(test)]

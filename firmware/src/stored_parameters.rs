@@ -77,15 +77,15 @@ impl StoredParameters {
         Self::Set(StoredSet { layout: layout(), kind: tuning.kind, robust_adaptive, saturated })
     }
 
-    /// The content of its record; every one fits.
+    /// Appends the content of its record; none if it has no room.
     #[must_use]
-    pub fn encode(&self) -> Payload {
-        let mut payload = Payload::new();
+    pub fn encode(&self, record: &mut Payload) -> Option<()> {
+        let start = record.len();
         // As long as it may be, then as long as it is.
-        let _ = payload.resize(PAYLOAD_MAX, 0);
-        let used = postcard::to_slice(self, &mut payload).map_or(0, |used| used.len());
-        payload.truncate(used);
-        payload
+        record.resize(PAYLOAD_MAX, 0).ok()?;
+        let used = postcard::to_slice(self, record.get_mut(start..)?).ok()?.len();
+        record.truncate(start + used);
+        Some(())
     }
 }
 
@@ -191,12 +191,21 @@ mod tests {
     }
 
     fn found(tuning: &Tuning) -> Found {
-        record(7, StoredParameters::of(tuning).encode())
+        record(7, &encoded(&StoredParameters::of(tuning)))
     }
 
     /// A record of parameters alone.
-    fn record(generation: u32, parameters: Payload) -> Found {
-        Found::Record(generation, Change::Parameters(parameters).apply(None).unwrap())
+    fn record(generation: u32, parameters: &[u8]) -> Found {
+        let mut record = Payload::new();
+        Change::Signing(None).apply(&mut record).unwrap();
+        record.extend_from_slice(parameters).unwrap();
+        Found::Record(generation, record)
+    }
+
+    fn encoded(parameters: &StoredParameters) -> Payload {
+        let mut record = Payload::new();
+        parameters.encode(&mut record).unwrap();
+        record
     }
 
     #[test]
@@ -230,7 +239,7 @@ mod tests {
     fn without_a_set_the_built_in_one_is_in_force() {
         assert_eq!(refused(&Found::Nothing), (ParameterOrigin::BuiltIn, Ok(())));
         assert_eq!(refused(&Found::Unreadable), (ParameterOrigin::Unreadable, Ok(())));
-        let forgotten = record(1, StoredParameters::Forgotten.encode());
+        let forgotten = record(1, &encoded(&StoredParameters::Forgotten));
         assert_eq!(refused(&forgotten), (ParameterOrigin::BuiltIn, Ok(())));
     }
 
@@ -238,10 +247,10 @@ mod tests {
     fn a_set_of_other_firmware_is_refused() {
         let StoredParameters::Set(mut set) = StoredParameters::of(BUILT_IN) else { panic!() };
         set.layout ^= 1;
-        let foreign = record(1, StoredParameters::Set(set).encode());
-        let mut long = StoredParameters::of(BUILT_IN).encode();
+        let foreign = record(1, &encoded(&StoredParameters::Set(set)));
+        let mut long = encoded(&StoredParameters::of(BUILT_IN));
         long.push(0).unwrap();
-        for found in [foreign, Found::Record(1, Payload::new()), record(1, long)] {
+        for found in [foreign, Found::Record(1, Payload::new()), record(1, &long)] {
             assert_eq!(refused(&found), (ParameterOrigin::Refused, Err(SetError::Foreign)));
         }
     }
@@ -270,7 +279,7 @@ mod tests {
     fn every_set_fits_a_record() {
         let mut tuning = *BUILT_IN;
         tuning.saturated = tuning.saturated.with_all(&[f32::MAX; SATURATED]);
-        let bytes = StoredParameters::of(&tuning).encode();
+        let bytes = encoded(&StoredParameters::of(&tuning));
         assert!(bytes.len() > 4 * (ROBUST_ADAPTIVE + SATURATED) && bytes.len() < PAYLOAD_MAX);
     }
 }

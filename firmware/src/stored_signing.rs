@@ -8,6 +8,7 @@ use core::fmt;
 use embedded_storage::nor_flash::NorFlash;
 
 use crate::parameter_store::{Found, ParameterStore, Payload, StoreError};
+use crate::stored_parameters::StoredParameters;
 
 /// Time by which what is stored is ahead of the newest message (10 us): an hour.
 pub const AHEAD: u64 = 3600 * 100_000;
@@ -42,8 +43,8 @@ impl StoredSigning {
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to put one on")]
 pub enum Change {
-    /// Other parameters, as [`StoredParameters::encode`](crate::stored_parameters::StoredParameters::encode) writes them.
-    Parameters(Payload),
+    /// Other parameters.
+    Parameters(StoredParameters),
     /// Another key, another time, or none.
     Signing(Option<StoredSigning>),
 }
@@ -55,17 +56,45 @@ impl Change {
     /// As [`ParameterStore::append`]; the record before is then still in force.
     #[inline(never)]
     pub fn store<F: NorFlash>(&self, store: &mut ParameterStore<F>) -> Result<u32, StoreError> {
-        let before = store.newest();
-        let record = self.apply(before.as_deref()).ok_or(StoreError::Failed)?;
+        let mut record = Payload::new();
+        if !store.newest(&mut record) {
+            record.clear();
+        }
+        self.apply(&mut record).ok_or(StoreError::Failed)?;
         store.append(&record)
     }
 
-    /// The record that comes after `before`.
-    pub(crate) fn apply(&self, before: Option<&[u8]>) -> Option<Payload> {
-        let (signing, parameters) = before.and_then(split).unwrap_or_default();
+    /// Makes the record before, empty if there is none, the one that comes after it; none if that has no room.
+    pub(crate) fn apply(&self, record: &mut Payload) -> Option<()> {
+        let start = match split(record) {
+            Some((_, parameters)) => record.len() - parameters.len(),
+            None => {
+                record.clear();
+                record.push(WITHOUT).ok()?;
+                1
+            }
+        };
         match self {
-            Self::Parameters(parameters) => join(signing.as_ref(), parameters),
-            Self::Signing(signing) => join(signing.as_ref(), parameters),
+            Self::Parameters(parameters) => {
+                record.truncate(start);
+                parameters.encode(record)
+            }
+            Self::Signing(None) => {
+                record.copy_within(start.., 1);
+                *record.first_mut()? = WITHOUT;
+                record.truncate(1 + record.len() - start);
+                Some(())
+            }
+            Self::Signing(Some(StoredSigning { key, timestamp })) => {
+                let (behind, length) = (1 + SIGNING, record.len());
+                record.resize(length.max(behind) + behind - start, 0).ok()?;
+                record.copy_within(start..length, behind);
+                record.truncate(behind + length - start);
+                let stored = key.iter().copied().chain(timestamp.to_le_bytes());
+                let bytes = [WITH].into_iter().chain(stored);
+                record.iter_mut().zip(bytes).for_each(|(place, byte)| *place = byte);
+                Some(())
+            }
         }
     }
 }
@@ -89,21 +118,6 @@ pub(crate) fn split(record: &[u8]) -> Option<(Option<StoredSigning>, &[u8])> {
         }
         _ => None,
     }
-}
-
-/// The record of both parts; one without parameters leaves the built-in ones in force.
-fn join(signing: Option<&StoredSigning>, parameters: &[u8]) -> Option<Payload> {
-    let mut record = Payload::new();
-    match signing {
-        None => record.push(WITHOUT).ok()?,
-        Some(StoredSigning { key, timestamp }) => {
-            record.push(WITH).ok()?;
-            record.extend_from_slice(key).ok()?;
-            record.extend_from_slice(&timestamp.to_le_bytes()).ok()?;
-        }
-    }
-    record.extend_from_slice(parameters).ok()?;
-    Some(record)
 }
 
 /// Signatures after a start.
@@ -139,28 +153,54 @@ mod tests {
     use super::*;
     use crate::parameter_store::PAYLOAD_MAX;
     use crate::scenario::BUILT_IN_MISSION;
-    use crate::stored_parameters::StoredParameters;
 
     const KEYED: StoredSigning = StoredSigning { key: [7; 32], timestamp: u64::MAX };
 
+    /// The record that comes after `before`.
+    fn applied(change: &Change, before: &[u8]) -> Payload {
+        let mut record = Payload::from_slice(before).unwrap();
+        change.apply(&mut record).unwrap();
+        record
+    }
+
+    /// Parameters alone.
+    fn encoded(parameters: &StoredParameters) -> Payload {
+        let mut record = Payload::new();
+        parameters.encode(&mut record).unwrap();
+        record
+    }
+
     #[test]
     fn each_part_survives_a_change_of_the_other() {
-        let set = StoredParameters::of(&BUILT_IN_MISSION.tuning).encode();
-        let keyed = Change::Signing(Some(KEYED)).apply(None).unwrap();
+        let parameters = StoredParameters::of(&BUILT_IN_MISSION.tuning);
+        let set = encoded(&parameters);
+        let keyed = applied(&Change::Signing(Some(KEYED)), &[]);
         assert_eq!(split(&keyed), Some((Some(KEYED), &[][..])));
-        let both = Change::Parameters(set.clone()).apply(Some(&keyed)).unwrap();
+        let both = applied(&Change::Parameters(parameters), &keyed);
         assert_eq!(split(&both), Some((Some(KEYED), &set[..])));
         assert!(both.len() < PAYLOAD_MAX);
-        let plain = Change::Signing(None).apply(Some(&both)).unwrap();
+        let later = StoredSigning { timestamp: 3, ..KEYED };
+        let renewed = applied(&Change::Signing(Some(later)), &both);
+        assert_eq!(split(&renewed), Some((Some(later), &set[..])));
+        let plain = applied(&Change::Signing(None), &both);
         assert_eq!(split(&plain), Some((None, &set[..])));
-        let forgotten = Change::Parameters(StoredParameters::Forgotten.encode());
-        let forgotten = forgotten.apply(Some(&both)).unwrap();
-        assert_eq!(split(&forgotten).unwrap().0, Some(KEYED));
+        assert_eq!(applied(&Change::Signing(None), &plain), plain);
+        assert_eq!(applied(&Change::Signing(Some(KEYED)), &plain), both);
+        let forgotten = applied(&Change::Parameters(StoredParameters::Forgotten), &both);
+        let expected = encoded(&StoredParameters::Forgotten);
+        assert_eq!(split(&forgotten), Some((Some(KEYED), &expected[..])));
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_replaced() {
+        for before in [&[9, 9, 9][..], &[WITH, 1, 2], &[]] {
+            assert_eq!(applied(&Change::Signing(None), before)[..], [WITHOUT]);
+        }
     }
 
     #[test]
     fn a_record_that_is_cut_short_has_neither_part() {
-        let whole = Change::Signing(Some(KEYED)).apply(None).unwrap();
+        let whole = applied(&Change::Signing(Some(KEYED)), &[]);
         for record in [&whole[..whole.len() - 1], &[9, 9, 9], &[]] {
             assert_eq!(split(record), None);
         }

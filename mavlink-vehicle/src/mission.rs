@@ -24,9 +24,9 @@ const MISSION: u8 = 0;
 /// Kind of list: all of them.
 const ALL: u8 = 255;
 
-/// Filler of a list.
+/// Filler of a list: zeros, like all of it, so that its memory needs no initial values.
 const BLANK: MissionItem = MissionItem {
-    kind: MissionKind::Waypoint,
+    kind: MissionKind::TakeOff,
     position_world: Vec3::ZERO,
     yaw: None,
     hold_time: 0.0,

@@ -149,7 +149,7 @@ fn fly_campaign(name: &str, ticks: u64, step_period: f32) {
 
 fn fly(scenario: &LoadedScenario, ticks: u64, observer: &mut impl Observer) {
     let mut flight = scenario.flight().expect("valid");
-    flight.observe(ticks, observer);
+    flight.observe_in_blocks(ticks, observer);
     std::hint::black_box(flight.truth());
 }
 

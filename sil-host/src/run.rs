@@ -81,9 +81,13 @@ impl FlightRecorder {
 
 impl Observer for FlightRecorder {
     fn observe(&mut self, tick: &Tick) {
-        self.guarantees.observe(tick);
-        self.results.observe(tick);
-        self.log.observe(tick);
+        self.observe_ticks(std::slice::from_ref(tick));
+    }
+
+    fn observe_ticks(&mut self, ticks: &[Tick]) {
+        self.guarantees.observe_ticks(ticks);
+        self.results.observe_ticks(ticks);
+        self.log.observe_ticks(ticks);
     }
 }
 
@@ -100,11 +104,11 @@ pub fn fly(
     let ticks = loaded.scenario().ticks();
     let mut flight = loaded.flight()?;
     let (report, ()) = recorded(loaded, options, |recorder| {
-        let chunk = ticks.div_ceil(UPDATES).max(1);
+        let chunk = ticks.div_ceil(UPDATES).max(1).next_multiple_of(4); // whole blocks
         let mut flown = 0;
         while flown < ticks {
             let now = chunk.min(ticks - flown);
-            flight.observe(now, recorder);
+            flight.observe_in_blocks(now, recorder);
             flown += now;
             progress(now);
         }

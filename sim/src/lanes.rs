@@ -1,4 +1,4 @@
-//! Numbers, vectors and quaternions of four ticks side by side, one per SIMD lane.
+//! Numbers, vectors and quaternions of four ticks, or of four stages of a tick, side by side, one per SIMD lane.
 //!
 //! Every operation is glam's, component by component and in its order, and every one of IEEE 754 is correctly
 //! rounded in each lane: a lane has the bits that `f64`, [`DVec3`] and [`DQuat`] have.
@@ -40,6 +40,13 @@ pub fn four(v: DVec3, w: f64) -> Scalars {
     Scalars::new([v.x, v.y, v.z, w])
 }
 
+/// `x` with `last` in its last lane.
+#[inline(always)]
+pub fn with_last(x: Scalars, last: f64) -> Scalars {
+    let [a, b, c, _] = x.to_array();
+    Scalars::new([a, b, c, last])
+}
+
 /// A vector per lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Vectors {
@@ -64,6 +71,16 @@ impl Vectors {
         Self { x: all(v.x), y: all(v.y), z: all(v.z) }
     }
 
+    /// A vector for each lane.
+    #[inline(always)]
+    pub fn of(v: [DVec3; LANES]) -> Self {
+        Self {
+            x: Scalars::new(v.map(|v| v.x)),
+            y: Scalars::new(v.map(|v| v.y)),
+            z: Scalars::new(v.map(|v| v.z)),
+        }
+    }
+
     /// `f` of every component.
     #[inline(always)]
     pub fn map(self, f: impl Fn(Scalars) -> Scalars) -> Self {
@@ -83,18 +100,16 @@ impl Vectors {
         DVec3::new(x.as_array()[lane], y.as_array()[lane], z.as_array()[lane])
     }
 
-    /// Puts a vector into a lane.
-    #[inline(always)]
-    pub fn set(&mut self, lane: usize, v: DVec3) {
-        self.x.as_mut_array()[lane] = v.x;
-        self.y.as_mut_array()[lane] = v.y;
-        self.z.as_mut_array()[lane] = v.z;
-    }
-
     /// The vector of each lane with the number of the same lane in `w`.
     #[inline(always)]
     pub fn fours(self, w: Scalars) -> [Scalars; LANES] {
         Scalars::transpose([self.x, self.y, self.z, w])
+    }
+
+    /// The vector of each lane, and a number of no meaning.
+    #[inline(always)]
+    pub fn padded(self) -> [Scalars; LANES] {
+        self.fours(self.z)
     }
 
     /// The vectors and the numbers of [`fours`](Self::fours).
@@ -149,20 +164,18 @@ impl Vectors {
 }
 
 impl Quaternions {
+    /// A quaternion for each lane.
+    #[inline(always)]
+    pub fn of(q: [DQuat; LANES]) -> Self {
+        let [x, y, z, w] = Scalars::transpose(q.map(|q| Scalars::new(q.to_array())));
+        Self { x, y, z, w }
+    }
+
     /// The quaternion in a lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> DQuat {
         let [x, y, z, w] = [self.x, self.y, self.z, self.w].map(|it| it.as_array()[lane]);
         DQuat::from_xyzw(x, y, z, w)
-    }
-
-    /// Puts a quaternion into a lane.
-    #[inline(always)]
-    pub fn set(&mut self, lane: usize, q: DQuat) {
-        self.x.as_mut_array()[lane] = q.x;
-        self.y.as_mut_array()[lane] = q.y;
-        self.z.as_mut_array()[lane] = q.z;
-        self.w.as_mut_array()[lane] = q.w;
     }
 
     /// As [`later`].
@@ -195,6 +208,17 @@ impl Quaternions {
             & self.y.simd_eq(other.y)
             & self.z.simd_eq(other.z)
             & self.w.simd_eq(other.w)
+    }
+
+    /// `R e3` of quaternions that need not have unit length.
+    #[inline(always)]
+    pub fn thrust_axis(self) -> Vectors {
+        let Self { x, y, z, w } = self;
+        Vectors {
+            x: all(2.0) * (x * z + w * y),
+            y: all(2.0) * (y * z - w * x),
+            z: w * w - x * x - y * y + z * z,
+        }
     }
 
     /// Each lane of `yes` where `condition` is true, else of `no`.
@@ -342,14 +366,8 @@ mod tests {
             let v: [DVec3; LANES] = from_fn(|_| vector());
             let q: [DQuat; LANES] = from_fn(|lane| DQuat::from_scaled_axis(u[lane].normalize()));
             let p: [DQuat; LANES] = from_fn(|lane| DQuat::from_scaled_axis(v[lane] * 1e-4));
-            let (mut a, mut b) = (Vectors::default(), Vectors::default());
-            let (mut c, mut d) = (Quaternions::default(), Quaternions::default());
-            for lane in 0..LANES {
-                a.set(lane, u[lane]);
-                b.set(lane, v[lane]);
-                c.set(lane, q[lane]);
-                d.set(lane, p[lane]);
-            }
+            let (a, b) = (Vectors::of(u), Vectors::of(v));
+            let (c, d) = (Quaternions::of(q), Quaternions::of(p));
             for lane in 0..LANES {
                 let same = |found: Vectors, expected: DVec3| {
                     assert_eq!(bits(found.lane(lane)), bits(expected), "lane {lane}");
@@ -374,9 +392,8 @@ mod tests {
     #[test]
     fn vectors_and_numbers_become_fours_and_come_back() {
         let mut number = numbers();
-        let mut vectors = Vectors::default();
         let w = lanes(|_| number());
-        (0..LANES).for_each(|lane| vectors.set(lane, DVec3::new(number(), number(), number())));
+        let vectors = Vectors::of(from_fn(|_| DVec3::new(number(), number(), number())));
         let fours = vectors.fours(w);
         for (lane, found) in fours.iter().enumerate() {
             assert_eq!(*found, four(vectors.lane(lane), w.to_array()[lane]));

@@ -76,13 +76,16 @@ impl StateSource {
         seen
     }
 
-    /// Shifts a reference with the restarts of the estimate. Called once per tick, after [`measure`](Self::measure).
+    /// The reference shifted with the restarts of the estimate, if there is one. Called once per tick, after
+    /// [`measure`](Self::measure).
     #[inline]
-    pub fn shift(&mut self, reference: &mut Reference) {
-        if let (Origin::Navigation(navigation), Some(shift)) = (&self.origin, &mut self.shift) {
-            shift.advance(navigation.state().restart(), self.step_period);
-            shift.apply(reference);
-        }
+    pub fn shifted(&mut self, reference: &Reference) -> Option<Reference> {
+        let Origin::Navigation(navigation) = &self.origin else { return None };
+        let shift = self.shift.as_mut()?;
+        let mut shifted = *reference;
+        shift.advance(navigation.state().restart(), self.step_period);
+        shift.apply(&mut shifted);
+        Some(shifted)
     }
 
     /// Sends the sensors' samples of every tick from now on; nothing without sensors.

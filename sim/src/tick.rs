@@ -2,7 +2,8 @@
 
 use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput};
 use ctrl_core::reference::Reference;
-use glam::DVec3;
+use ctrl_core::vehicle::Wrench;
+use glam::{DQuat, DVec3, Vec3};
 
 use crate::evaluation::Evaluation;
 use crate::plant::rotors::BatteryState;
@@ -44,6 +45,32 @@ pub struct Tick {
 }
 
 impl Tick {
+    /// No tick yet: everything at rest.
+    pub(crate) fn none() -> Self {
+        let output = StepOutput::from(Wrench { thrust: 0.0, torque_body: Vec3::ZERO });
+        Self {
+            tick: 0,
+            time: 0.0,
+            truth: PlantState {
+                position_world: DVec3::ZERO,
+                velocity_world: DVec3::ZERO,
+                attitude: DQuat::IDENTITY,
+                rate_body: DVec3::ZERO,
+            },
+            reference: Reference::hover(Vec3::ZERO),
+            output,
+            applied: AppliedWrench::default(),
+            law: false,
+            intermediates: Intermediates::default(),
+            estimates: Estimates::NONE,
+            auxiliary: Auxiliary::REST,
+            lasting: LastingEstimates::default(),
+            battery: None,
+            disturbance: Disturbance::NONE,
+            evaluation: Evaluation::default(),
+        }
+    }
+
     /// True position less the reference's (m).
     #[must_use]
     pub fn position_error(&self) -> DVec3 {

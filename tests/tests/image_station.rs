@@ -147,11 +147,11 @@ impl Flown {
         serde_json::from_str(last).expect("JSON")
     }
 
-    /// Stops an image that has not flown.
+    /// Stops an image that has not flown; on the ground's springs it settles by micrometres.
     fn stop_on_the_ground(self) {
         self.interrupts.store(1, Ordering::Relaxed);
         let report = self.flight.join().expect("no panic").expect("it flew");
-        assert!(report.passed() && report.height_max == 0.0, "{report:?}");
+        assert!(report.passed() && report.height_max < 1e-4, "{report:?}");
     }
 
     /// Stops the image: every guarantee of every flight has held, with the bits of the law on the host, and every flight

@@ -15,7 +15,19 @@ pub struct Node {
     /// Its instructions.
     pub instructions: Vec<(u64, Instruction)>,
     /// Its calls and jumps: address of the instruction, start of the function.
-    calls: Vec<(u64, u64)>,
+    pub calls: Vec<(u64, u64)>,
+}
+
+impl Node {
+    /// Its own stack frame (B), as the compiler gave it or else as the code shows it.
+    pub fn frame(&self, image: &Image) -> Result<u64> {
+        let Function { name, range } = &self.function;
+        let instructions = self.instructions.iter().map(|(_, instruction)| instruction);
+        match image.stack_size(range.start) {
+            Some(size) => Ok(size),
+            None => frame(instructions).with_context(|| format!("stack frame of `{name}`")),
+        }
+    }
 }
 
 /// A function and everything reachable from it; complete, or it could not be built.
@@ -66,6 +78,16 @@ impl CallGraph {
         Ok(Self { root, nodes })
     }
 
+    /// The function that it begins with.
+    pub fn root(&self) -> u64 {
+        self.root
+    }
+
+    /// The function that starts at `address`.
+    pub fn node(&self, address: u64) -> Option<&Node> {
+        self.nodes.get(&address)
+    }
+
     /// All functions, the root included.
     pub fn nodes(&self) -> impl Iterator<Item = &Node> {
         self.nodes.values()
@@ -93,11 +115,7 @@ impl CallGraph {
         let node = &self.nodes[&address];
         let name = &node.function.name;
         ensure!(!path.contains(&address), "`{name}` is recursive: its stack has no bound");
-        let instructions = node.instructions.iter().map(|(_, instruction)| instruction);
-        let own = match image.stack_size(address) {
-            Some(size) => size,
-            None => frame(instructions).with_context(|| format!("stack frame of `{name}`"))?,
-        };
+        let own = node.frame(image)?;
         path.push(address);
         let mut deepest = Stack { bytes: 0, frames: Vec::new() };
         for (_, callee) in &node.calls {

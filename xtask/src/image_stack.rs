@@ -1,4 +1,4 @@
-//! Worst-case stack of a whole image: the main program, and on top of it every interrupt handler.
+//! Worst-case stack of a whole image: the main program, and on top of it the tasks that interrupt each other.
 
 use std::path::Path;
 
@@ -8,10 +8,9 @@ use object::{File, Object, ObjectSection};
 use crate::call_graph::CallGraph;
 use crate::disassembly::{Listing, disassemble};
 use crate::elf::{Function, Image};
+use crate::preemption::{EXCEPTION_FRAME, Layer, TaskStack, deepest, sum};
+use crate::wcet;
 
-/// Bytes that the processor pushes before a handler: 26 words with the floating-point registers, aligned
-/// to 8 bytes.
-pub const EXCEPTION_FRAME: u64 = 112;
 /// Handler of unused entries of the vector table: an endless loop.
 const UNUSED: &str = "DefaultHandler";
 
@@ -30,12 +29,13 @@ pub struct WorstCase {
 
 /// Prints and returns the worst case, and that without the handlers `apart`.
 ///
-/// Every handler of the vector table is taken to interrupt the one before, as if each had a
-/// priority of its own, fault handlers included: an upper bound. Below them is what is left of the main program
-/// once interrupts are let in; before that it can go deeper, with nothing on top of it but a fault.
+/// Tasks interrupt each other as their priorities and critical sections let them; a fault interrupts all of them. Below
+/// them is what is left of the main program once interrupts are let in; before that it can go deeper, with
+/// nothing on top of it but a fault.
 pub fn worst_case(path: &Path, apart: &[&str]) -> Result<WorstCase> {
     let (image, listing) = (Image::read(path)?, disassemble(path)?);
-    let (mut start, mut fault, mut tasks, mut tasks_apart) = (0, 0, 0, 0);
+    let declared = wcet::declared_tasks()?;
+    let (mut start, mut fault, mut tasks) = (0, 0, Vec::new());
     for (index, address) in vectors(path)?.into_iter().enumerate() {
         let function = image.containing(address).with_context(|| {
             format!("the vector table leads to {address:#x}, where no function is")
@@ -53,19 +53,31 @@ pub fn worst_case(path: &Path, apart: &[&str]) -> Result<WorstCase> {
             println!("           {bytes:>6} B of it in {name}");
         }
         let bytes = stack.bytes + pushed;
-        match name.as_str() {
+        let task = declared.iter().find(|task| task.handler == *name);
+        match (name.as_str(), task) {
             _ if index == 0 => start = bytes,
-            "HardFault" => fault = bytes,
-            name if apart.contains(&name) => tasks_apart += bytes,
-            _ => tasks += bytes,
+            // Any other handler may interrupt all others.
+            (_, None) => fault += bytes,
+            (_, Some(task)) => {
+                tasks.push(TaskStack::of(name, task.priority, &graph, &image, &listing)?);
+            }
         }
     }
+    ensure!(tasks.len() == declared.len(), "a task of `main.rs` is not in the vector table");
     let below = below_tasks(&image, &listing)?;
     println!(
         "  {below:>6} B of the main program below the tasks; interrupts are off while it has more"
     );
-    let most = |tasks: u64| (start + fault).max(below + tasks + fault);
-    Ok(WorstCase { all: most(tasks + tasks_apart), without: most(tasks) })
+    let most = |nesting: &[Layer]| (start + fault).max(below + sum(nesting) + fault);
+    let (all, others): (_, Vec<_>) = (
+        deepest(&tasks, 0),
+        tasks.into_iter().filter(|task| !apart.contains(&&*task.handler)).collect(),
+    );
+    println!("  deepest nesting:");
+    for Layer { handler, ceiling, bytes } in &all {
+        println!("  {bytes:>6} B  {handler}, under the ceiling {ceiling}");
+    }
+    Ok(WorstCase { all: most(&all), without: most(&deepest(&others, 0)) })
 }
 
 /// Stack of the main program from where interrupts are let in (B), after a check that they are off before.

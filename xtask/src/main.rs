@@ -19,6 +19,7 @@ mod machine_code;
 mod mavlink_task;
 mod measurement;
 mod peers;
+mod preemption;
 mod profile;
 mod python;
 mod shell;

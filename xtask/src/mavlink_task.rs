@@ -9,7 +9,8 @@ use object::{File, Object, ObjectSymbol};
 use crate::call_graph::CallGraph;
 use crate::disassembly::{Listing, disassemble};
 use crate::elf::Image;
-use crate::image_stack::{EXCEPTION_FRAME, vectors};
+use crate::image_stack::vectors;
+use crate::preemption::EXCEPTION_FRAME;
 
 /// Interrupts that the task and its receiver are bound to.
 pub const OWN: [&str; 2] = ["FSMC", "USART3"];

@@ -44,13 +44,23 @@ impl Tuning {
     /// The parameter that the controller refuses.
     #[inline(never)]
     pub fn controller_of(&self, kind: ControllerKind) -> Result<AnyController, ConfigError> {
-        Ok(match kind {
-            ControllerKind::RobustAdaptive => {
-                AnyController::RobustAdaptive(RobustAdaptive::new(&self.robust_adaptive)?)
-            }
-            ControllerKind::Saturated => AnyController::Saturated(Saturated::new(&self.saturated)?),
-        })
+        match kind {
+            ControllerKind::RobustAdaptive => robust_adaptive(&self.robust_adaptive),
+            ControllerKind::Saturated => saturated(&self.saturated),
+        }
     }
+}
+
+// Apart, so that only one of them takes stack at a time.
+
+#[inline(never)]
+fn robust_adaptive(config: &RobustAdaptiveConfig) -> Result<AnyController, ConfigError> {
+    RobustAdaptive::new(config).map(AnyController::RobustAdaptive)
+}
+
+#[inline(never)]
+fn saturated(config: &SaturatedConfig) -> Result<AnyController, ConfigError> {
+    Saturated::new(config).map(AnyController::Saturated)
 }
 
 /// The mission that is built in: the scenario, with the paper's numbers for the other controller.

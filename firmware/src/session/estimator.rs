@@ -12,6 +12,7 @@ use crate::state_sample::ArrivedState;
 
 impl HostSession<'_> {
     /// Takes a part of the configuration, or puts the whole to use if the estimator accepts it.
+    #[inline(never)]
     pub(super) fn set_estimator(&mut self, setting: &EstimatorSetting) -> Result<(), Rejection> {
         let config = &mut self.estimator;
         match *setting {

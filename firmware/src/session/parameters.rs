@@ -28,11 +28,13 @@ impl HostSession<'_> {
     /// Builds the law of the tuning and takes it, if it is valid and accepts the selected trajectory.
     #[inline(never)]
     fn renew_law(&mut self) -> Result<(), Rejection> {
-        let law = self.tuning.controller()?;
+        // By reference: a law is half a kilobyte of stack, once.
+        let built = self.tuning.controller();
+        let law = built.as_ref().map_err(|error| *error)?;
         if let Some(limits) = self.memory.references.limits() {
             law.accept_limits(limits.acceleration_bound, limits.step_period)?;
         }
-        self.law = law;
+        self.law = *law;
         self.law_changed = true;
         self.law_changes = self.law_changes.wrapping_add(1);
         self.in_force.changed = true;

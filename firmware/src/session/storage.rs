@@ -104,8 +104,8 @@ impl HostSession<'_> {
         let storage = self.storage.as_mut().filter(|storage| !storage.begun)?;
         storage.begun = true;
         Some(match storage.wanted {
-            Wanted::Tuning(_) => Change::Parameters(StoredParameters::of(&self.tuning).encode()),
-            Wanted::BuiltIn(_) => Change::Parameters(StoredParameters::Forgotten.encode()),
+            Wanted::Tuning(_) => Change::Parameters(StoredParameters::of(&self.tuning)),
+            Wanted::BuiltIn(_) => Change::Parameters(StoredParameters::Forgotten),
             Wanted::Key(_, signing, _) => Change::Signing(signing),
             Wanted::Time(signing) => Change::Signing(Some(signing)),
         })

@@ -340,7 +340,7 @@ fn parameters_to_be_stored_are_handed_out_once_and_the_end_is_answered() {
     send(&mut session, write("k4.x", 3.5), GROUND);
     assert_eq!(asked(&mut session), in_force(ParameterOrigin::BuiltIn, 0, true));
     assert_eq!(send(&mut session, Uplink::ParametersPersist, GROUND), []);
-    let parameters = StoredParameters::of(&session.tuning).encode();
+    let parameters = StoredParameters::of(&session.tuning);
     assert_eq!(session.next_to_store(), Some(Change::Parameters(parameters)));
     assert_eq!((session.next_to_store(), session.next_answer()), (None, None), "once");
     session.stored(Ok(9));
@@ -358,10 +358,7 @@ fn forgetting_brings_the_built_in_parameters_back_at_once() {
     send(&mut session, write("k4.x", 3.5), GROUND);
     session.take_law();
     assert_eq!(send(&mut session, Uplink::ParametersForget, GROUND), []);
-    assert_eq!(
-        session.next_to_store(),
-        Some(Change::Parameters(StoredParameters::Forgotten.encode()))
-    );
+    assert_eq!(session.next_to_store(), Some(Change::Parameters(StoredParameters::Forgotten)));
     session.stored(Ok(2));
     assert_eq!(session.next_answer(), Some(in_force(ParameterOrigin::BuiltIn, 2, false)));
     assert_eq!(

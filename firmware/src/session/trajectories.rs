@@ -8,6 +8,7 @@ use link::{Rejection, TrajectorySelection};
 use super::{HostSession, SessionMemory, accept};
 
 impl HostSession<'_> {
+    #[inline(never)]
     pub(super) fn select_trajectory(
         &mut self,
         selection: &TrajectorySelection,

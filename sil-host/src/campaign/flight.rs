@@ -72,7 +72,7 @@ pub(super) fn fly_values(
 fn observed_flight(loaded: &LoadedScenario) -> Result<(Guarantees, Measures), ScenarioError> {
     let scenario = loaded.scenario();
     let mut observers = (scenario.monitors(), Measures::new(scenario));
-    loaded.flight()?.without_evaluator().observe(scenario.ticks(), &mut observers);
+    loaded.flight()?.without_evaluator().observe_in_blocks(scenario.ticks(), &mut observers);
     Ok(observers)
 }
 

@@ -1,18 +1,18 @@
 //! Consecutive ticks in SIMD lanes: what the monitors that work on several ticks at once need of each.
 
-use ctrl_core::controller::StepStatus;
+use core::array::from_fn;
+
+use ctrl_core::controller::{Estimates, Intermediates, LastingEstimates, StepStatus};
 use ctrl_core::vehicle::Wrench;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::lanes::{LANES, Quaternions, Scalars, Vectors};
 use crate::tick::Tick;
 
-/// Up to [`LANES`] ticks in a row; symbols as in the theory. Lanes without a tick hold numbers of no meaning.
+/// Up to [`LANES`] ticks in a row; symbols as in the theory. Lanes without a tick repeat the last one.
 #[derive(Clone, Debug, Default)]
 pub struct Block {
     count: usize,
-    /// `mu` of the tick before the next one.
-    latest_mu: Vec3,
     pub(crate) ticks: [u64; LANES],
     pub(crate) time: [f64; LANES],
     pub(crate) status: [StepStatus; LANES],
@@ -75,17 +75,33 @@ pub(crate) struct LawLanes {
 }
 
 impl Block {
-    /// Begins anew.
-    #[inline]
-    pub(crate) fn begin_anew(&mut self) {
-        self.count = 0;
-    }
-
-    /// Begins anew, after the ticks of `before`.
-    #[inline]
-    pub(crate) fn begin(&mut self, before: &Self) {
-        self.begin_anew();
-        self.latest_mu = before.latest_mu;
+    /// Takes one to [`LANES`] ticks, which follow one with the virtual rate `latest_mu` (rad/s).
+    pub fn gather(&mut self, ticks: &[Tick], latest_mu: Vec3) {
+        let count = ticks.len().min(LANES);
+        let last = count.saturating_sub(1);
+        let t: [&Tick; LANES] = from_fn(|lane| &ticks[lane.min(last)]);
+        self.count = count;
+        self.ticks = t.map(|it| it.tick);
+        self.time = t.map(|it| it.time);
+        self.status = t.map(|it| it.output.status);
+        self.command = t.map(|it| it.output.wrench);
+        self.position = vectors(t, |it| it.truth.position_world);
+        self.velocity = vectors(t, |it| it.truth.velocity_world);
+        self.attitude = Quaternions::of(t.map(|it| it.truth.attitude));
+        self.rate = vectors(t, |it| it.truth.rate_body);
+        self.reference = ReferenceLanes::new(t);
+        self.disturbance_acceleration = vectors(t, |it| it.disturbance.acceleration_world);
+        self.disturbance_torque = vectors(t, |it| it.disturbance.torque_body);
+        self.thrust = singles(t, |it| it.output.wrench.thrust);
+        self.torque = vectors(t, |it| it.output.wrench.torque_body.as_dvec3());
+        self.applied_thrust = Scalars::new(t.map(|it| it.applied.thrust));
+        self.applied_torque = vectors(t, |it| it.applied.torque_body);
+        if t[0].law {
+            self.law = LawLanes::new(t);
+            let mu = t.map(|it| it.intermediates.mu);
+            let change = [mu[0] - latest_mu, mu[1] - mu[0], mu[2] - mu[1], mu[3] - mu[2]];
+            self.law.mu_change = Vectors::of(change.map(Vec3::as_dvec3));
+        }
     }
 
     /// Ticks in the block.
@@ -100,79 +116,69 @@ impl Block {
     pub(super) fn lanes(&self) -> u32 {
         (1 << self.count) - 1
     }
+}
 
-    /// `true` if every lane has a tick.
-    #[inline]
-    #[must_use]
-    pub fn is_full(&self) -> bool {
-        self.count == LANES
-    }
+/// A vector of each tick.
+#[inline(always)]
+fn vectors(ticks: [&Tick; LANES], of: impl Fn(&Tick) -> DVec3) -> Vectors {
+    Vectors::of(ticks.map(of))
+}
 
-    /// Adds the next tick to a block that is not full.
-    #[inline]
-    pub fn push(&mut self, tick: &Tick) {
-        let lane = self.count;
-        let (truth, output) = (&tick.truth, &tick.output);
-        self.ticks[lane] = tick.tick;
-        self.time[lane] = tick.time;
-        self.status[lane] = output.status;
-        self.command[lane] = output.wrench;
-        self.position.set(lane, truth.position_world);
-        self.velocity.set(lane, truth.velocity_world);
-        self.attitude.set(lane, truth.attitude);
-        self.rate.set(lane, truth.rate_body);
-        self.reference.set(lane, tick);
-        self.disturbance_acceleration.set(lane, tick.disturbance.acceleration_world);
-        self.disturbance_torque.set(lane, tick.disturbance.torque_body);
-        self.thrust.as_mut_array()[lane] = output.wrench.thrust.into();
-        self.torque.set(lane, output.wrench.torque_body.as_dvec3());
-        self.applied_thrust.as_mut_array()[lane] = tick.applied.thrust;
-        self.applied_torque.set(lane, tick.applied.torque_body);
-        if tick.law {
-            self.law.set(lane, tick, self.latest_mu);
-            self.latest_mu = tick.intermediates.mu;
-        }
-        self.count += 1;
-    }
+/// A number of the law's of each tick.
+#[inline(always)]
+fn singles(ticks: [&Tick; LANES], of: impl Fn(&Tick) -> f32) -> Scalars {
+    Scalars::new(ticks.map(|it| of(it).into()))
 }
 
 impl ReferenceLanes {
     #[inline(always)]
-    fn set(&mut self, lane: usize, tick: &Tick) {
-        let reference = &tick.reference;
-        self.position.set(lane, reference.position_world.as_dvec3());
-        self.velocity.set(lane, reference.velocity_world.as_dvec3());
-        self.acceleration.set(lane, reference.acceleration_world.as_dvec3());
-        self.jerk.set(lane, reference.jerk_world.as_dvec3());
-        self.specific_force.set(lane, reference.specific_force().value.as_dvec3());
-        self.left.set(lane, reference.left_world.as_dvec3());
+    fn new(t: [&Tick; LANES]) -> Self {
+        Self {
+            position: vectors(t, |it| it.reference.position_world.as_dvec3()),
+            velocity: vectors(t, |it| it.reference.velocity_world.as_dvec3()),
+            acceleration: vectors(t, |it| it.reference.acceleration_world.as_dvec3()),
+            jerk: vectors(t, |it| it.reference.jerk_world.as_dvec3()),
+            specific_force: vectors(t, |it| it.reference.specific_force().value.as_dvec3()),
+            left: vectors(t, |it| it.reference.left_world.as_dvec3()),
+        }
     }
 }
 
 impl LawLanes {
+    /// All but the change of `mu`.
     #[inline(always)]
-    fn set(&mut self, lane: usize, tick: &Tick, latest_mu: Vec3) {
-        let Tick { output, intermediates, estimates, auxiliary, lasting, .. } = tick;
-        self.auxiliary_attitude.set(lane, auxiliary.attitude.as_dquat());
-        self.auxiliary_rate.set(lane, auxiliary.rate.as_dvec3());
-        self.attitude_error.set(lane, intermediates.attitude_error.as_dquat());
-        self.desired_rate.set(lane, intermediates.desired_rate.as_dvec3());
-        self.mu.set(lane, intermediates.mu.as_dvec3());
-        self.mu_dot.set(lane, intermediates.mu_dot.as_dvec3());
-        let regressor_rate = intermediates.mu_dot + intermediates.auxiliary_rate_dot;
-        self.regressor_rate.set(lane, regressor_rate.as_dvec3());
-        self.mu_change.set(lane, (intermediates.mu - latest_mu).as_dvec3());
-        let modelled = intermediates.acting_torque_body - intermediates.torque_body;
-        let (torque, demand) = (output.wrench.torque_body + modelled, output.torque_demand_body);
-        self.torque.set(lane, torque.as_dvec3());
-        self.torque_demand.set(lane, demand.as_dvec3());
-        self.torque_excess.set(lane, (torque - demand).as_dvec3());
-        self.inverse_mass.as_mut_array()[lane] = estimates.inverse_mass.into();
-        self.inertia.set(lane, estimates.inertia.as_dvec3());
-        self.inverse_inertia.set(lane, estimates.inverse_inertia.as_dvec3());
-        self.gyroscopic_ratio.set(lane, estimates.gyroscopic_ratio.as_dvec3());
-        self.lasting_acceleration.set(lane, lasting.acceleration_world.as_dvec3());
-        self.lasting_torque.set(lane, lasting.torque_body.as_dvec3());
-        self.lasting_angular_acceleration.set(lane, lasting.angular_acceleration_body.as_dvec3());
+    fn new(t: [&Tick; LANES]) -> Self {
+        let seen =
+            |of: fn(&Intermediates) -> Vec3| vectors(t, move |it| of(&it.intermediates).as_dvec3());
+        let estimated =
+            |of: fn(&Estimates) -> Vec3| vectors(t, move |it| of(&it.estimates).as_dvec3());
+        let lasting =
+            |of: fn(&LastingEstimates) -> Vec3| vectors(t, move |it| of(&it.lasting).as_dvec3());
+        // The commanded torque, and what a model of the rotors makes of it.
+        let torque = t.map(|it| {
+            let Intermediates { acting_torque_body, torque_body, .. } = it.intermediates;
+            it.output.wrench.torque_body + (acting_torque_body - torque_body)
+        });
+        let demand = t.map(|it| it.output.torque_demand_body);
+        Self {
+            auxiliary_attitude: Quaternions::of(t.map(|it| it.auxiliary.attitude.as_dquat())),
+            auxiliary_rate: vectors(t, |it| it.auxiliary.rate.as_dvec3()),
+            attitude_error: Quaternions::of(t.map(|it| it.intermediates.attitude_error.as_dquat())),
+            desired_rate: seen(|it| it.desired_rate),
+            mu: seen(|it| it.mu),
+            mu_dot: seen(|it| it.mu_dot),
+            regressor_rate: seen(|it| it.mu_dot + it.auxiliary_rate_dot),
+            mu_change: Vectors::default(),
+            torque: Vectors::of(torque.map(Vec3::as_dvec3)),
+            torque_demand: Vectors::of(demand.map(Vec3::as_dvec3)),
+            torque_excess: Vectors::of(from_fn(|lane| (torque[lane] - demand[lane]).as_dvec3())),
+            inverse_mass: singles(t, |it| it.estimates.inverse_mass),
+            inertia: estimated(|it| it.inertia),
+            inverse_inertia: estimated(|it| it.inverse_inertia),
+            gyroscopic_ratio: estimated(|it| it.gyroscopic_ratio),
+            lasting_acceleration: lasting(|it| it.acceleration_world),
+            lasting_torque: lasting(|it| it.torque_body),
+            lasting_angular_acceleration: lasting(|it| it.angular_acceleration_body),
+        }
     }
 }

@@ -1,20 +1,27 @@
 //! Monitors that work on blocks of ticks: tracking, sets of the estimates, and the Lyapunov function.
 
+use glam::Vec3;
+
 use super::angle::Angles;
 use super::estimates::EstimateSets;
 use super::lyapunov::{EvaluatedBlock, LyapunovMonitor};
 use super::tracking::Tracking;
 use super::verdict::Verdict;
+use crate::lanes::LANES;
 use crate::observer::Observer;
 use crate::tick::Tick;
 
 /// Collects ticks and has them observed a block at a time.
 #[derive(Clone, Debug)]
 pub(super) struct BlockMonitors {
-    /// The block that is being filled, and the one before it.
+    /// Ticks that make no block yet.
+    pending: Vec<Tick>,
+    /// The block observed last, and room for the next.
     blocks: Box<[EvaluatedBlock; 2]>,
-    /// Which of them is being filled.
-    filling: usize,
+    /// Which of them is for the next.
+    next: usize,
+    /// `mu` of the latest tick of a block.
+    latest_mu: Vec3,
     tracking: Tracking,
     law: Option<(EstimateSets, LyapunovMonitor)>,
 }
@@ -22,7 +29,8 @@ pub(super) struct BlockMonitors {
 impl BlockMonitors {
     /// Without `law` the controller is none of the paper's.
     pub fn new(tracking: Tracking, law: Option<(EstimateSets, LyapunovMonitor)>) -> Self {
-        Self { blocks: Box::default(), filling: 0, tracking, law }
+        let (pending, blocks) = (Vec::new(), Box::default());
+        Self { pending, blocks, next: 0, latest_mu: Vec3::ZERO, tracking, law }
     }
 
     /// The monitor of V, under a law of the paper.
@@ -40,13 +48,14 @@ impl BlockMonitors {
         [estimates, tracking.verdicts(), lyapunov]
     }
 
-    /// Observes the block that is being filled, and begins the next.
-    fn complete(&mut self) {
+    /// Observes a block of ticks.
+    fn observe_block(&mut self, ticks: &[Tick]) {
         let (first, second) = self.blocks.split_at_mut(1);
-        let (latest, before) = match self.filling {
+        let (latest, before) = match self.next {
             0 => (&mut first[0], &mut second[0]),
             _ => (&mut second[0], &mut first[0]),
         };
+        latest.ticks.gather(ticks, self.latest_mu);
         let due = self.tracking.due(&latest.ticks);
         self.tracking.observe(&latest.ticks, due);
         if let Some((estimates, lyapunov)) = &mut self.law {
@@ -56,16 +65,17 @@ impl BlockMonitors {
             self.tracking.observe_attitude(&latest.ticks, due, Angles { sine, cosine });
             lyapunov.judge(before, latest, before.ticks.count());
         }
-        before.ticks.begin(&latest.ticks);
-        self.filling ^= 1;
+        self.latest_mu = ticks.last().map_or(Vec3::ZERO, |it| it.intermediates.mu);
+        self.next ^= 1;
     }
 
     /// Observes what has been collected, up to the latest tick.
     fn conclude(&mut self) {
-        if self.blocks[self.filling].ticks.count() > 0 {
-            self.complete();
+        if !self.pending.is_empty() {
+            let pending = std::mem::take(&mut self.pending);
+            self.observe_block(&pending);
         }
-        let last = &self.blocks[self.filling ^ 1];
+        let last = &self.blocks[self.next ^ 1];
         if let Some((_, lyapunov)) = &mut self.law {
             lyapunov.judge(last, last, last.ticks.count().saturating_sub(1));
         }
@@ -75,10 +85,20 @@ impl BlockMonitors {
 impl Observer for BlockMonitors {
     #[inline]
     fn observe(&mut self, tick: &Tick) {
-        let filling = &mut self.blocks[self.filling].ticks;
-        filling.push(tick);
-        if filling.is_full() {
-            self.complete();
+        self.pending.push(*tick);
+        if self.pending.len() == LANES {
+            let mut pending = std::mem::take(&mut self.pending);
+            self.observe_block(&pending);
+            pending.clear();
+            self.pending = pending;
+        }
+    }
+
+    fn observe_ticks(&mut self, ticks: &[Tick]) {
+        if self.pending.is_empty() && ticks.len() == LANES {
+            self.observe_block(ticks);
+        } else {
+            ticks.iter().for_each(|tick| self.observe(tick));
         }
     }
 }

@@ -173,8 +173,10 @@ impl Guarantees {
     }
 }
 
-impl Observer for Guarantees {
-    fn observe(&mut self, tick: &Tick) {
+impl Guarantees {
+    /// The monitors that work tick by tick.
+    #[inline]
+    fn observe_each(&mut self, tick: &Tick) {
         if let Some(law) = &mut self.law {
             law.thrust.observe(tick);
             law.torque.observe(tick);
@@ -185,8 +187,19 @@ impl Observer for Guarantees {
         }
         self.applied.observe(tick);
         self.activity.observe(tick);
-        self.blocks.observe(tick);
         self.status.observe(tick);
         self.added.iter_mut().for_each(|monitor| monitor.observe(tick));
+    }
+}
+
+impl Observer for Guarantees {
+    fn observe(&mut self, tick: &Tick) {
+        self.observe_each(tick);
+        self.blocks.observe(tick);
+    }
+
+    fn observe_ticks(&mut self, ticks: &[Tick]) {
+        ticks.iter().for_each(|tick| self.observe_each(tick));
+        self.blocks.observe_ticks(ticks);
     }
 }

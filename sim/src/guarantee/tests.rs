@@ -4,7 +4,7 @@ use ctrl_core::controller::StepStatus;
 use glam::{DQuat, DVec3, Vec3};
 
 use super::lyapunov::Evaluator;
-use super::test_flight::{VEHICLE, both, sample};
+use super::test_flight::{VEHICLE, both, fly_either, sample};
 use super::*;
 
 const CONFIG: GuaranteeConfig = GuaranteeConfig {
@@ -86,4 +86,25 @@ fn a_flight_that_ends_before_it_may_settle_fails() {
     let rows = guarantees.verdicts();
     let row = rows.iter().find(|row| row.name.starts_with("position error")).unwrap();
     assert!(!row.pass && row.observed.is_none());
+}
+
+#[test]
+fn blocks_of_ticks_end_in_the_rows_of_single_ones() {
+    let short = GuaranteeConfig { lyapunov_window: 0.05, ..CONFIG };
+    for config in both(0.001) {
+        let mut ticks = Vec::new();
+        fly_either(&config, 0.203, |_| {}, |tick| ticks.push(*tick));
+        let rows = |size: usize| {
+            let mut monitors =
+                Guarantees::new(&short, &config, &VEHICLE, &ActuationConfig::default());
+            ticks.chunks(size).for_each(|ticks| monitors.observe_ticks(ticks));
+            assert_eq!(monitors.verdicts(), monitors.verdicts(), "asking changes nothing");
+            monitors.verdicts()
+        };
+        let single = rows(1);
+        assert!(single.iter().all(|row| row.observed.is_some()), "{single:#?}");
+        for size in [2, 3, 4, 5] {
+            assert_eq!(rows(size), single, "{size}");
+        }
+    }
 }

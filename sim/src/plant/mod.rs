@@ -5,6 +5,7 @@
 //! [`ground`]. `docs/plant.md` gives the equations.
 
 pub mod actuation;
+mod components;
 pub mod contact;
 pub mod disturbance;
 pub mod ground;

@@ -14,7 +14,7 @@ use super::path::{Limit, Loop};
 use super::timing::Model;
 use crate::cycles::CLOCK;
 use crate::disassembly::Listing;
-use crate::elf::Image;
+use crate::elf::{Function, Image};
 
 /// Costs under every model.
 pub type Costs = BTreeMap<Model, u64>;
@@ -52,6 +52,18 @@ pub struct Known {
     pub constants: Constants,
 }
 
+impl Known {
+    /// Reads the code of a function.
+    pub fn read(function: &Function, image: &Image, listing: &Listing) -> Result<Self> {
+        let graph = FlowGraph::build(function, image, listing, Some(aborts))?;
+        let constants = Constants::of(&graph, BTreeMap::new());
+        Ok(Self { graph, constants })
+    }
+}
+
+/// What is known about functions, by their starts.
+pub type Functions = BTreeMap<u64, Known>;
+
 /// An image under analysis.
 pub struct Analysis<'a> {
     image: &'a Image,
@@ -61,7 +73,7 @@ pub struct Analysis<'a> {
     excluded: &'a [&'a str],
     /// Cycles that a microsecond of waiting for hardware costs: none, if the time is to be told apart.
     per_us: u64,
-    functions: BTreeMap<u64, Known>,
+    pub(super) functions: Functions,
     costs: BTreeMap<(u64, Option<u64>), Cost>,
     /// Loops by header; those of copy routines are in it once for each length.
     pub loops: Vec<BoundedLoop>,
@@ -230,9 +242,7 @@ impl<'a> Analysis<'a> {
         }
         ensure!(!path.contains(&start), "`{name}` is recursive: it has no bound");
         if !self.functions.contains_key(&start) {
-            let graph = FlowGraph::build(function, self.image, self.listing, Some(aborts))?;
-            let constants = Constants::of(&graph, BTreeMap::new());
-            self.functions.insert(start, Known { graph, constants });
+            self.functions.insert(start, Known::read(function, self.image, self.listing)?);
         }
         path.push(start);
         let mut called = BTreeMap::new();

@@ -21,7 +21,10 @@ mod section;
 mod tasks;
 mod timing;
 
+pub use analysis::{Functions, Known};
 pub use bound::Bounds;
+pub use library::aborts;
 pub use report::{check, judge};
-pub use tasks::{bounds as task_bounds, report as report_tasks, rows as task_rows};
+pub use section::{ALL, Ceilings, ceilings};
+pub use tasks::{bounds as task_bounds, declared_tasks, report as report_tasks, rows as task_rows};
 pub use timing::Model;

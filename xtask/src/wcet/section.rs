@@ -9,14 +9,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::{Context, Result, bail};
 
-use super::analysis::{Analysis, Known};
+use super::analysis::{Analysis, Functions, Known};
 use super::bound::weighted;
 use super::flow::Node;
 use super::path::{Limit, Loop, Weighted};
 use super::timing::Model;
 
 /// Ceiling of a section with all interrupts off, and of one whose level is not known.
-const ALL: u64 = 16;
+pub const ALL: u64 = 16;
 
 /// Ceilings in force, and those of the caller that have been left.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -27,7 +27,8 @@ struct State {
 
 /// Change of the state.
 enum Change {
-    Raise(u64),
+    /// None for a level that is not known.
+    Raise(Option<u64>),
     RestoreLevel,
     RestoreAll,
 }
@@ -42,7 +43,7 @@ pub fn longest(analysis: &Analysis, start: u64, priority: u64, model: Model) -> 
             continue;
         }
         let Some(known) = analysis.known(function) else { continue };
-        let states = states(analysis, function, known, &mut effects)?;
+        let states = states(&analysis.functions, function, known, &mut effects)?;
         let sections = Sections { analysis, function, known, states, priority, model };
         most = most.max(sections.longest()?);
         let callees = known.graph.nodes.values();
@@ -51,9 +52,49 @@ pub fn longest(analysis: &Analysis, start: u64, priority: u64, model: Model) -> 
     Ok(most)
 }
 
+/// Ceilings in a function that is entered without sections.
+pub struct Ceilings {
+    /// Highest one before each instruction; zero for none.
+    pub before: BTreeMap<u64, u64>,
+    /// A section of its caller ends in it.
+    pub ends_callers: bool,
+    /// It restores a level that it has not raised, as a handler does when it is done.
+    pub lowers: bool,
+}
+
+/// Ceilings before the instructions of an analysed function; fails on a section whose level is not known.
+pub fn ceilings(functions: &Functions, function: u64) -> Result<Ceilings> {
+    let known = functions.get(&function).context("a function that is not known")?;
+    for (address, node) in &known.graph.nodes {
+        if let Some(Change::Raise(None)) = change(*address, node, known) {
+            bail!("the level of the critical section at {address:#x} is not known");
+        }
+    }
+    let states = states(functions, function, known, &mut BTreeMap::new())?;
+    let restores =
+        |address: &u64, all: bool| match change(*address, &known.graph.nodes[address], known) {
+            Some(Change::RestoreAll) => all,
+            Some(Change::RestoreLevel) => !all,
+            _ => false,
+        };
+    // What is restored was not raised here.
+    let callers = |all: bool| {
+        let mut states = states.iter();
+        states.any(|(address, state)| {
+            restores(address, all) && !state.ceilings.iter().any(|level| (*level == ALL) == all)
+        })
+    };
+    let highest = |state: &State| state.ceilings.iter().copied().max().unwrap_or(0);
+    Ok(Ceilings {
+        ends_callers: callers(true) || states.values().any(|state| state.left > 0),
+        lowers: callers(false),
+        before: states.iter().map(|(address, state)| (*address, highest(state))).collect(),
+    })
+}
+
 /// State before each instruction of a function that is entered without sections.
 fn states(
-    analysis: &Analysis,
+    functions: &Functions,
     function: u64,
     known: &Known,
     effects: &mut BTreeMap<u64, State>,
@@ -63,7 +104,7 @@ fn states(
     let mut open = vec![entry];
     while let Some(address) = open.pop() {
         let node = &known.graph.nodes[&address];
-        let after = behind(analysis, address, node, known, &before[&address], effects)?;
+        let after = behind(functions, address, node, known, &before[&address], effects)?;
         for edge in &node.edges {
             match before.get(&edge.to) {
                 None => {
@@ -83,7 +124,7 @@ fn states(
 }
 
 fn behind(
-    analysis: &Analysis,
+    functions: &Functions,
     address: u64,
     node: &Node,
     known: &Known,
@@ -92,13 +133,13 @@ fn behind(
 ) -> Result<State> {
     let mut state = before.clone();
     match change(address, node, known) {
-        Some(Change::Raise(ceiling)) => state.ceilings.push(ceiling),
+        Some(Change::Raise(ceiling)) => state.ceilings.push(ceiling.unwrap_or(ALL)),
         Some(Change::RestoreAll) => restore(&mut state, |ceiling| ceiling == ALL),
         Some(Change::RestoreLevel) => restore(&mut state, |ceiling| ceiling < ALL),
         None => {}
     }
     if let Some(callee) = node.callee {
-        let effect = effect(analysis, callee, effects)?;
+        let effect = effect(functions, callee, effects)?;
         for _ in 0..effect.left {
             restore(&mut state, |ceiling| ceiling == ALL);
         }
@@ -117,12 +158,16 @@ fn restore(state: &mut State, which: impl Fn(u64) -> bool) {
 }
 
 /// What a function leaves changed: sections that it begins, and sections of its caller that it ends.
-fn effect(analysis: &Analysis, function: u64, effects: &mut BTreeMap<u64, State>) -> Result<State> {
+fn effect(
+    functions: &Functions,
+    function: u64,
+    effects: &mut BTreeMap<u64, State>,
+) -> Result<State> {
     if let Some(known) = effects.get(&function) {
         return Ok(known.clone());
     }
-    let Some(known) = analysis.known(function) else { return Ok(State::default()) };
-    let states = states(analysis, function, known, effects)?;
+    let Some(known) = functions.get(&function) else { return Ok(State::default()) };
+    let states = states(functions, function, known, effects)?;
     let ends = known.graph.nodes.iter().filter(|(_, node)| node.edges.is_empty());
     let mut found: Option<State> = None;
     for (address, node) in ends {
@@ -130,7 +175,7 @@ fn effect(analysis: &Analysis, function: u64, effects: &mut BTreeMap<u64, State>
         if node.decoded.flow == super::instruction::Flow::Trap {
             continue;
         }
-        let after = behind(analysis, *address, node, known, before, effects)?;
+        let after = behind(functions, *address, node, known, before, effects)?;
         if let Some(found) = &found
             && *found != after
         {
@@ -150,11 +195,11 @@ fn change(address: u64, node: &Node, known: &Known) -> Option<Change> {
             let level = super::constants::number(register)
                 .and_then(|register| known.constants.get(address, register));
             // Priority 1 of 16 is level 0xf0.
-            Some(Change::Raise(level.map_or(ALL, |level| (ALL - (level >> 4)).min(ALL - 1))))
+            Some(Change::Raise(level.map(|level| (ALL - (level >> 4)).min(ALL - 1))))
         }
         ("msr", Some(("basepri", _))) => Some(Change::RestoreLevel),
         ("msr", Some(("primask", _))) => Some(Change::RestoreAll),
-        ("cpsid", _) => Some(Change::Raise(ALL)),
+        ("cpsid", _) => Some(Change::Raise(Some(ALL))),
         ("cpsie", _) => Some(Change::RestoreAll),
         _ => None,
     }

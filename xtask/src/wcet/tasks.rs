@@ -146,6 +146,11 @@ pub struct Task {
     pub priority: u64,
 }
 
+/// The firmware's tasks, highest priority first.
+pub fn declared_tasks() -> Result<Vec<Task>> {
+    declared(&std::fs::read_to_string(MAIN)?)
+}
+
 /// The tasks in `text`, highest priority first.
 pub fn declared(text: &str) -> Result<Vec<Task>> {
     let mut tasks = Vec::new();
@@ -222,7 +227,7 @@ impl View {
 /// Bounds the tasks of a linked board image.
 pub fn bounds(path: &std::path::Path) -> Result<Vec<TaskBound>> {
     let (image, listing) = (Image::read(path)?, disassemble(path)?);
-    let tasks = declared(&std::fs::read_to_string(MAIN)?)?;
+    let tasks = declared_tasks()?;
     let all = View::new(path, &[], &[])?;
     let (mut full, mut busy) =
         (all.analysis(&image, &listing), all.analysis(&image, &listing).without_waiting());

@@ -10,29 +10,18 @@ use crate::lanes::Scalars;
 /// Relative error of a reported estimate: a digit in the compensation, then a rounded reciprocal.
 const REPORTED: f64 = 3.0 * f32::EPSILON as f64;
 
-/// Four estimates of one tick with the digits that the report lacks.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Resolved {
-    value: Option<Scalars>,
-}
-
-impl Resolved {
-    /// The estimates at this tick: moved by `increment` since the last one, then projected on `set`,
-    /// then clamped to `reported`.
-    #[inline(always)]
-    pub fn advance(
-        &mut self,
-        increment: Scalars,
-        set: (Scalars, Scalars),
-        reported: Scalars,
-    ) -> Scalars {
-        let predicted = self.value.unwrap_or(reported) + increment;
-        let projected = predicted.fast_max(set.0).fast_min(set.1);
-        let rounding = Scalars::splat(REPORTED) * reported.abs();
-        let value = projected.fast_max(reported - rounding).fast_min(reported + rounding);
-        self.value = Some(value);
-        value
-    }
+/// Four estimates with the digits that the report lacks: `value` of the tick before, moved by `increment` since then,
+/// then projected on `set`, then clamped to `reported`.
+#[inline(always)]
+pub(super) fn resolved(
+    value: Scalars,
+    increment: Scalars,
+    set: (Scalars, Scalars),
+    reported: Scalars,
+) -> Scalars {
+    let projected = (value + increment).fast_max(set.0).fast_min(set.1);
+    let rounding = Scalars::splat(REPORTED) * reported.abs();
+    projected.fast_max(reported - rounding).fast_min(reported + rounding)
 }
 
 #[cfg(test)]
@@ -42,16 +31,14 @@ mod tests {
 
     #[test]
     fn digits_below_the_report_are_kept_and_the_report_wins() {
-        let mut resolved = Resolved::default();
         let set = (all(0.0), all(100.0));
         let step = all(1e-9);
-        resolved.advance(all(0.0), set, all(20.0));
-        let mut value = all(0.0);
+        let mut value = all(20.0);
         for _ in 0..100 {
-            value = resolved.advance(step, set, all(20.0));
+            value = resolved(value, step, set, all(20.0));
         }
         assert!((value - all(20.000_000_1)).abs().simd_lt(all(1e-12)).all());
-        value = resolved.advance(step, set, all(21.0));
+        value = resolved(value, step, set, all(21.0));
         assert!((value - all(21.0)).abs().simd_le(all(21.0 * REPORTED)).all());
     }
 }

@@ -91,11 +91,7 @@ mod tests {
 
     #[test]
     fn turn_recovers_a_rotation_vector_through_both_signs() {
-        let all = |q: DQuat| {
-            let mut all = Quaternions::default();
-            (0..LANES).for_each(|lane| all.set(lane, q));
-            all
-        };
+        let all = |q: DQuat| Quaternions::of([q; LANES]);
         let turn = |from, to| turn(all(from), all(to)).lane(1);
         let from = DQuat::from_rotation_x(0.7) * DQuat::from_rotation_z(-1.1);
         for angle in [1e-7, 1e-4, 0.3, 3.0] {

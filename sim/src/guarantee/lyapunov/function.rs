@@ -1,16 +1,18 @@
 //! V and its ingredients at each tick of a block.
 
-use ctrl_core::controller::StepStatus;
-use glam::DVec3;
+use core::array::from_fn;
 
-use super::adaptation::Resolved;
+use ctrl_core::controller::StepStatus;
+use glam::{DVec3, Vec3};
+
+use super::adaptation::resolved;
 use super::attitude::Attitude;
 use super::lengths::Lengths;
 use super::parameters::{Parameters, Widths};
 use super::translation::Translation;
 use crate::evaluation::Evaluation;
 use crate::guarantee::block::Block;
-use crate::lanes::{LANES, Quaternions, Scalars, Vectors, all, four};
+use crate::lanes::{LANES, Quaternions, Scalars, Vectors, all, four, with_last};
 use crate::norm::Norm;
 use crate::plant::PlantParameters;
 use crate::tick::Tick;
@@ -29,12 +31,8 @@ pub(super) const OUTSIDE_THE_PROOF: StepStatus = StepStatus::FAULT
 #[derive(Clone, Debug)]
 pub struct Evaluator {
     pub(super) parameters: Parameters,
-    /// `a_hat` or `theta_hat`, and `beta`.
-    inertia_and_mass: Resolved,
-    gyroscopic_ratio: Resolved,
-    lasting: [Resolved; 2],
-    /// Of the latest tick.
-    increments: Increment,
+    /// Of the latest tick; none before the first.
+    latest: Option<ResolvedTick>,
     /// Room for a block of one tick.
     single: Option<Box<EvaluatedBlock>>,
 }
@@ -87,12 +85,21 @@ pub(crate) struct Increments {
     pub lasting: [Vectors; 2],
 }
 
-/// [`Increments`] of one tick.
+/// The estimates of one tick with all their digits, side by side.
 #[derive(Clone, Copy, Debug, Default)]
-struct Increment {
+struct EstimatesOfTick {
+    /// `a_hat` or `theta_hat`, and `beta`.
     inertia_and_mass: Scalars,
     gyroscopic_ratio: Scalars,
+    /// `d_hat`, and `t_hat` or `s_hat`.
     lasting: [Scalars; 2],
+}
+
+/// The estimates of a tick, and their [`Increments`] until the next.
+#[derive(Clone, Copy, Debug, Default)]
+struct ResolvedTick {
+    value: EstimatesOfTick,
+    increment: EstimatesOfTick,
 }
 
 /// Estimates with all their digits, and the thrust that follows from them.
@@ -113,14 +120,7 @@ impl Evaluator {
     /// For `law` on the vehicle with the true `parameters`.
     #[must_use]
     pub fn new(law: &ControllerConfig, parameters: &PlantParameters) -> Self {
-        Self {
-            parameters: Parameters::new(law, parameters),
-            inertia_and_mass: Resolved::default(),
-            gyroscopic_ratio: Resolved::default(),
-            lasting: [Resolved::default(); 2],
-            increments: Increment::default(),
-            single: None,
-        }
+        Self { parameters: Parameters::new(law, parameters), latest: None, single: None }
     }
 
     /// The same behind rotors with the time constant `lag` (s).
@@ -134,8 +134,7 @@ impl Evaluator {
     #[must_use]
     pub fn evaluate(&mut self, tick: &Tick) -> Evaluation {
         let mut single = self.single.take().unwrap_or_default();
-        single.ticks.begin_anew();
-        single.ticks.push(tick);
+        single.ticks.gather(std::slice::from_ref(tick), Vec3::ZERO);
         self.evaluate_block(&single.ticks, &mut single.v);
         let evaluation = single.v.first();
         self.single = Some(single);
@@ -156,7 +155,10 @@ impl Evaluator {
         v.rate_error = block.rate - law.mu - law.auxiliary_rate;
         v.body_z = block.attitude * Vectors::all(DVec3::Z);
         v.increments = increments(&p, block, v.translation.g, v.rate_error);
-        let estimated = self.estimates(block, v);
+        let estimated = match block.count() {
+            1 => self.estimates::<1>(block, v),
+            _ => self.estimates::<LANES>(block, v),
+        };
         v.attitude = Attitude::new(
             estimated.alpha,
             (block.reference.specific_force, block.reference.left),
@@ -182,83 +184,119 @@ impl Evaluator {
         v.value = state_part(&p, v) + v.parameter_part;
     }
 
-    /// The estimates, one tick after the other: each moves by the increment of the tick before, and the
-    /// increment of `beta` follows from the thrust.
-    fn estimates(&mut self, block: &Block, v: &mut Evaluated) -> Estimated {
-        let (p, law) = (self.parameters, &block.law);
-        let (reported, set) = if p.saturated.is_some() {
-            (law.inverse_inertia, (p.inertia_set.1.recip(), p.inertia_set.0.recip()))
-        } else {
-            (law.inertia, p.inertia_set)
-        };
+    /// The estimates, one tick after the other in the first `N` lanes: each moves by the increment of the tick before,
+    /// and the increment of `beta` follows from the thrust.
+    fn estimates<const N: usize>(&mut self, block: &Block, v: &mut Evaluated) -> Estimated {
+        let (p, zero) = (self.parameters, all(0.0));
+        let (reported, sets) = (reported(&p, block), Sets::new(&p));
         let along = v.translation.g.dot(v.body_z).to_array();
-        let (lightest, heaviest) = p.inverse_mass_set;
-        let set = (four(set.0, lightest), four(set.1, heaviest));
-        let reported = reported.fours(law.inverse_mass);
-        let (increments, ratios) = (&v.increments, law.gyroscopic_ratio.fours(all(0.0)));
-        let moved = increments.inertia.fours(all(0.0));
-        let moved_ratio = increments.gyroscopic_ratio.fours(all(0.0));
-        let lasting = increments.lasting.map(|moved| moved.fours(all(0.0)));
-        let accelerations = v.translation.acceleration.fours(all(0.0));
-        let (mut found, mut ratio, mut alpha) =
-            <([Scalars; LANES], [Scalars; LANES], [Scalars; LANES])>::default();
-        let mut estimated = Estimated::default();
-        for lane in 0..block.count() {
-            let before = self.increments;
-            let mut acceleration = accelerations[lane];
-            if p.integral.is_some() {
-                let lasting = self.lasting_estimates(block, lane);
-                acceleration -= lasting[0];
-                for (estimated, [x, y, z, _]) in
-                    estimated.lasting.iter_mut().zip(lasting.map(Scalars::to_array))
-                {
-                    estimated.set(lane, DVec3::new(x, y, z));
-                }
+        let moved = v.increments.inertia.padded();
+        let moved_ratio = v.increments.gyroscopic_ratio.padded();
+        let moved_lasting = v.increments.lasting.map(|moved| moved.padded());
+        let accelerations = v.translation.acceleration.padded();
+        let first = ResolvedTick { value: reported[0], increment: EstimatesOfTick::default() };
+        let mut latest = (self.latest.unwrap_or(first), zero, 0.0, 0.0);
+        let ticks: [_; LANES] = from_fn(|lane| {
+            if lane < N {
+                let value = sets.resolved(&latest.0, &reported[lane]);
+                let [_, _, _, inverse_mass] = value.inertia_and_mass.to_array();
+                let alpha = (accelerations[lane] - value.lasting[0]) / all(inverse_mass); // (13)
+                let [x, y, z, _] = alpha.to_array();
+                let thrust = DVec3::new(x, y, z).norm();
+                let moved_mass = p.dt * p.gamma1 * thrust * along[lane]; // (14)
+                let increment = EstimatesOfTick {
+                    inertia_and_mass: with_last(moved[lane], moved_mass),
+                    gyroscopic_ratio: moved_ratio[lane],
+                    lasting: moved_lasting.map(|moved| moved[lane]),
+                };
+                latest = (ResolvedTick { value, increment }, alpha, thrust, moved_mass);
             }
-            found[lane] =
-                self.inertia_and_mass.advance(before.inertia_and_mass, set, reported[lane]);
-            if p.saturated.is_some() {
-                let ratios = (ratios[lane], (all(-1.0), all(1.0)));
-                ratio[lane] =
-                    self.gyroscopic_ratio.advance(before.gyroscopic_ratio, ratios.1, ratios.0);
-            }
-            alpha[lane] = acceleration / all(found[lane].to_array()[3]); // (13)
-            let [x, y, z, _] = alpha[lane].to_array();
-            let thrust = DVec3::new(x, y, z).norm();
-            let moved_mass = p.dt * p.gamma1 * thrust * along[lane]; // (14)
-            estimated.thrust.as_mut_array()[lane] = thrust;
-            v.increments.inverse_mass.as_mut_array()[lane] = moved_mass;
-            let [x, y, z, _] = moved[lane].to_array();
-            self.increments = Increment {
-                inertia_and_mass: Scalars::new([x, y, z, moved_mass]),
-                gyroscopic_ratio: moved_ratio[lane],
-                lasting: lasting.map(|moved| moved[lane]),
-            };
+            latest
+        });
+        self.latest = Some(ticks[block.count() - 1].0);
+        v.increments.inverse_mass = Scalars::new(ticks.map(|it| it.3));
+        let values = ticks.map(|it| it.0.value);
+        let (inertia, inverse_mass) = Vectors::of_fours(values.map(|it| it.inertia_and_mass));
+        let vectors =
+            |of: fn(&EstimatesOfTick) -> Scalars| Vectors::of_fours(values.map(|it| of(&it))).0;
+        Estimated {
+            inverse_mass,
+            inertia,
+            gyroscopic_ratio: vectors(|it| it.gyroscopic_ratio),
+            lasting: [vectors(|it| it.lasting[0]), vectors(|it| it.lasting[1])],
+            alpha: Vectors::of_fours(ticks.map(|it| it.1)).0,
+            thrust: Scalars::new(ticks.map(|it| it.2)),
         }
-        (estimated.inertia, estimated.inverse_mass) = Vectors::of_fours(found);
-        estimated.gyroscopic_ratio = Vectors::of_fours(ratio).0;
-        estimated.alpha = Vectors::of_fours(alpha).0;
-        estimated
+    }
+}
+
+/// The estimates as the law reports them, tick by tick.
+#[inline(always)]
+fn reported(p: &Parameters, block: &Block) -> [EstimatesOfTick; LANES] {
+    let (law, zero) = (&block.law, all(0.0));
+    let (inertia, torque) = match p.saturated {
+        Some(_) => (law.inverse_inertia, law.lasting_angular_acceleration),
+        None => (law.inertia, law.lasting_torque),
+    };
+    let inertia_and_mass = inertia.fours(law.inverse_mass);
+    let ratio = p.saturated.map_or([zero; LANES], |_| law.gyroscopic_ratio.padded());
+    let lasting = match p.integral {
+        Some(_) => [law.lasting_acceleration.padded(), torque.padded()],
+        None => [[zero; LANES]; 2],
+    };
+    from_fn(|lane| EstimatesOfTick {
+        inertia_and_mass: inertia_and_mass[lane],
+        gyroscopic_ratio: ratio[lane],
+        lasting: lasting.map(|it| it[lane]),
+    })
+}
+
+/// The sets on which the estimates are projected: lower and upper ends.
+struct Sets {
+    inertia_and_mass: (Scalars, Scalars),
+    gyroscopic_ratio: Option<(Scalars, Scalars)>,
+    lasting: Option<[(Scalars, Scalars); 2]>,
+}
+
+impl Sets {
+    #[inline(always)]
+    fn new(p: &Parameters) -> Self {
+        let inertia = match p.saturated {
+            Some(_) => (p.inertia_set.1.recip(), p.inertia_set.0.recip()),
+            None => p.inertia_set,
+        };
+        let (lightest, heaviest) = p.inverse_mass_set;
+        let set = |bound: DVec3| (four(-bound, 0.0), four(bound, 0.0));
+        Self {
+            inertia_and_mass: (four(inertia.0, lightest), four(inertia.1, heaviest)),
+            gyroscopic_ratio: p.saturated.map(|_| (all(-1.0), all(1.0))),
+            lasting: p.integral.map(|it| [set(it.bounds.0), set(it.bounds.1)]),
+        }
     }
 
-    /// `d_hat`, and `t_hat` or `s_hat`, in a lane.
-    fn lasting_estimates(&mut self, block: &Block, lane: usize) -> [Scalars; 2] {
-        let (p, law) = (self.parameters, &block.law);
-        let Some(integral) = &p.integral else { return [all(0.0); 2] };
-        let (d_c, t_c) = integral.bounds;
-        let reported = if p.saturated.is_some() {
-            law.lasting_angular_acceleration
-        } else {
-            law.lasting_torque
+    /// The estimates of the tick after `before` that are `reported`.
+    #[inline(always)]
+    fn resolved(&self, before: &ResolvedTick, reported: &EstimatesOfTick) -> EstimatesOfTick {
+        let (value, increment) = (&before.value, &before.increment);
+        let mut found = EstimatesOfTick {
+            inertia_and_mass: resolved(
+                value.inertia_and_mass,
+                increment.inertia_and_mass,
+                self.inertia_and_mass,
+                reported.inertia_and_mass,
+            ),
+            ..EstimatesOfTick::default()
         };
-        let set = |bound: DVec3| (four(-bound, 0.0), four(bound, 0.0));
-        let [force, torque] = &mut self.lasting;
-        let moved = self.increments.lasting;
-        let reported_force = law.lasting_acceleration.lane(lane);
-        [
-            force.advance(moved[0], set(d_c), four(reported_force, 0.0)),
-            torque.advance(moved[1], set(t_c), four(reported.lane(lane), 0.0)),
-        ]
+        if let Some(set) = self.gyroscopic_ratio {
+            let (value, increment) = (value.gyroscopic_ratio, increment.gyroscopic_ratio);
+            found.gyroscopic_ratio = resolved(value, increment, set, reported.gyroscopic_ratio);
+        }
+        if let Some(sets) = self.lasting {
+            found.lasting = from_fn(|i| {
+                resolved(value.lasting[i], increment.lasting[i], sets[i], reported.lasting[i])
+            });
+        }
+        found
     }
 }
 

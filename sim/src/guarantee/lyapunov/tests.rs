@@ -9,6 +9,7 @@ use crate::guarantee::test_flight::{
     VEHICLE, both, fly_either, robust_adaptive, saturated, unlike,
 };
 use crate::guarantee::{GuaranteeConfig, Guarantees, Verdict};
+use crate::lanes::LANES;
 use crate::observer::Observer;
 use crate::plant::Disturbance;
 use crate::plant::actuation::ActuationConfig;
@@ -176,13 +177,14 @@ fn balances(
     mut see: impl FnMut(balance::Balance),
 ) {
     let mut evaluator = Evaluator::new(config, &VEHICLE);
-    let mut block = EvaluatedBlock::default();
+    let (mut block, mut ticks) = (EvaluatedBlock::default(), Vec::new());
     fly_either(config, seconds, tamper, |tick| {
-        block.ticks.push(tick);
-        if block.ticks.is_full() {
+        ticks.push(*tick);
+        if ticks.len() == LANES {
+            block.ticks.gather(&ticks, Vec3::ZERO);
             evaluator.evaluate_block(&block.ticks, &mut block.v);
             see(balance::Balance::new(&evaluator.parameters, &block, &block));
-            block.ticks.begin(&block.ticks.clone());
+            ticks.clear();
         }
     });
 }
