@@ -92,10 +92,10 @@ fn fly(scenario: &Scenario, watch: Option<&RotorWatchConfig>) -> Seen {
     let mut seen = Seen::default();
     for tick in 0..(END / period) as u64 {
         let time = tick as f64 * period;
-        let mut reference = trajectory.reference(tick);
+        let reference = trajectory.reference(tick);
         let wanted = reference.position_world.as_dvec3();
         let measured = source.measure(vehicle.truth());
-        source.shift(&mut reference);
+        let reference = source.shifted(&reference).unwrap_or(reference);
         let command = (tick == 0).then_some(Command::Start);
         let outputs = control.tick(&inputs(measured, reference, command));
         assert_eq!(outputs.mode, Mode::Flying);
