@@ -161,6 +161,9 @@ struct Channel {
 }
 
 impl<const SLABS: usize> SizedAllocator<SLABS> {
+    /// Four rotors, whose thrusts follow from a wrench without a choice.
+    const FOUR: bool = SLABS == slabs(4);
+
     /// Prepares the pseudo-inverse and the set of attainable wrenches.
     ///
     /// # Errors
@@ -192,7 +195,7 @@ impl<const SLABS: usize> SizedAllocator<SLABS> {
         let rotors = &geometry.rotors;
         let works = |index: usize| !failed.contains(RotorSet::rotor(index));
         let count = rotors.iter().enumerate().filter(|(index, _)| works(*index)).count() as f32;
-        let enough = Bound::Inside(4.0, MAX_ROTORS as f32);
+        let enough = Bound::Inside(4.0, if Self::FOUR { 4.0 } else { MAX_ROTORS as f32 });
         require("rotors (count)", count, enough, "four axes; capacity")?;
         rotors.iter().try_for_each(require_rotor)?;
         let column = |index: usize, rotor: &Rotor| {
@@ -342,7 +345,8 @@ impl<const SLABS: usize> SizedAllocator<SLABS> {
         let multipliers = self.inverse_gram * wrench;
         let least_squares = distribution::clamped(&self.channels, wrench, multipliers);
         let left = least_squares.residual.abs().max_element();
-        if left <= ENOUGH * (1.0 + wrench.x.abs()) {
+        // Of four rotors' it is what rounding has left.
+        if Self::FOUR || left <= ENOUGH * (1.0 + wrench.x.abs()) {
             return least_squares.thrusts;
         }
         let mut channels = self.channels;

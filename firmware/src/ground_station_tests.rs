@@ -65,7 +65,7 @@ impl Shared {
 
     fn host(&mut self, message: Uplink) {
         let received = Received { sequence: 1, message };
-        self.session.handle(received, self.status, TickOrigin::Timer);
+        self.session.handle(&received, self.status, TickOrigin::Timer);
     }
 
     fn behind(&mut self) -> (&mut GroundStation, Behind<'_, 'static>) {

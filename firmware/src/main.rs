@@ -32,7 +32,7 @@ mod app {
 
     use cortex_m::peripheral::SCB;
     use ctrl_core::controller::AnyController;
-    use ctrl_core::mode::safety::SafetyConfig;
+    use ctrl_core::mode::safety::{SafetyConfig, SafetyReport};
     use firmware::board::peripherals::{
         Peripherals, Rotors, WATCHDOG_TIMEOUT, now, start_control_tick,
     };
@@ -59,6 +59,7 @@ mod app {
     use heapless::spsc::{Consumer, Producer, Queue};
     use link::{Decoder, Downlink, Health, LinkStatistics, ParametersInForce, Uplink};
     use mavlink_vehicle::ProtocolMemory;
+    use rtic::Mutex;
     use stm32f4xx_hal::pac::{Interrupt, USART2, USART3};
     use stm32f4xx_hal::prelude::*;
     use stm32f4xx_hal::serial::Rx;
@@ -330,15 +331,18 @@ mod app {
 
     /// Decodes frames, handles their messages, estimates the state from sensors, and prepares the inputs of the next tick.
     #[task(binds = DCMI, priority = 4, shared = [ticks, inbox, outbox, session, pilot, link],
-           local = [received_out, decoder, navigation])]
+           local = [received_out, decoder, navigation, prepared: Option<u32> = None])]
     fn state_input(cx: state_input::Context) {
         let state_input::SharedResources { mut ticks, mut inbox, mut outbox, .. } = cx.shared;
         let (session, pilot, mut link) = (cx.shared.session, cx.shared.pilot, cx.shared.link);
-        let state_input::LocalResources { received_out, decoder, navigation, .. } = cx.local;
+        let state_input::LocalResources { received_out, decoder, navigation, prepared, .. } =
+            cx.local;
         let (status, answer, safety) =
             outbox.lock(|outbox| (outbox.status, outbox.answer.take(), outbox.take_safety()));
         let (origin, lock_step_ended) =
             ticks.lock(|ticks| (ticks.origin(), ticks.take_lock_step_ended()));
+        // Once a tick, and again for what changes the inputs.
+        let mut renews = answer.is_some() || lock_step_ended || *prepared != Some(status.uptime);
         let (request, answers) = (session, pilot).lock(|session, pilot| {
             if let Some(answer) = answer {
                 pilot.answered(answer);
@@ -349,38 +353,26 @@ mod app {
                 pilot.drop_command();
             }
             session.set_piloted(pilot.has_command());
-            let (mut bytes, mut other) = (RECEIVED, None);
+            let mut bytes = RECEIVED;
             // wcet: at most FRAMES_PER_RELEASE iterations
             for _ in 0..FRAMES_PER_RELEASE {
                 if !next_frame(received_out, decoder, &mut bytes) {
                     break;
                 }
-                let Some(received) = decoder.take_frame() else { continue };
+                let frame = decoder.take_frame();
+                let Some(received) = &frame else { continue };
+                // A measurement waits for the inertial sample of its tick.
+                renews |= !matches!(received.message, Uplink::Measured(_));
                 if !session.receive(&received.message, status) {
-                    other = Some(received);
+                    session.handle(received, status, origin);
                     break;
                 }
             }
-            if let Some(received) = other {
-                session.handle(received, status, origin);
+            if !renews {
+                return (None, session.has_answers());
             }
-            navigation.serve(session, status);
-            if let Some(law) = session.take_law() {
-                // Without a bound that suits it, stations do not fly the vehicle: it says so itself.
-                let _ = pilot.follow(law);
-                inbox.lock(|inbox| inbox.put_law(law));
-            }
-            let mut prepared = pilot.prepare(session, status, &safety);
-            navigation.shift(&mut prepared.reference);
-            session.guide(pilot.navigator().mode(), &prepared.reference);
-            let health = pilot.health(session, status);
-            let storing = session.is_storing();
-            inbox.lock(|inbox| {
-                inbox.put_health(false, health);
-                inbox.put(prepared, || {
-                    pilot.next_command(storing).or_else(|| session.next_command())
-                });
-            });
+            *prepared = Some(status.uptime);
+            prepare(session, pilot, navigation, &mut inbox, status, &safety);
             ticks.lock(|ticks| ticks.time_telemetry(session.telemetry_period()));
             (session.take_lock_step_request(), session.has_answers())
         });
@@ -406,6 +398,33 @@ mod app {
         if origin == TickOrigin::LockStep && received_out.ready() {
             pend_state_input();
         }
+    }
+
+    /// Prepares the inputs of the tick after `status`, by the estimate if the vehicle flies by its sensors.
+    #[inline(never)]
+    fn prepare(
+        session: &mut HostSession<'static>,
+        pilot: &mut Pilot,
+        navigation: &mut OnboardNavigation,
+        inbox: &mut impl Mutex<T = &'static mut Inbox>,
+        status: ControlStatus,
+        safety: &SafetyReport,
+    ) {
+        navigation.serve(session, status);
+        if let Some(law) = session.take_law() {
+            // Without a bound that suits it, stations do not fly the vehicle: it says so itself.
+            let _ = pilot.follow(law);
+            inbox.lock(|inbox| inbox.put_law(law));
+        }
+        let mut prepared = pilot.prepare(session, status, safety);
+        navigation.shift(&mut prepared.reference);
+        session.guide(pilot.navigator().mode(), &prepared.reference);
+        let health = pilot.health(session, status);
+        let storing = session.is_storing();
+        inbox.lock(|inbox| {
+            inbox.put_health(false, health);
+            inbox.put(prepared, || pilot.next_command(storing).or_else(|| session.next_command()));
+        });
     }
 
     /// Hands bytes to the decoder until a frame ends, at most as many as are left of `bytes`.
@@ -491,7 +510,7 @@ mod app {
     /// Stores what the session has to keep.
     #[inline(never)]
     fn store_next(
-        session: &mut impl rtic::Mutex<T = &'static mut HostSession<'static>>,
+        session: &mut impl Mutex<T = &'static mut HostSession<'static>>,
         store: &mut ParameterStore<<Active as Board>::Storage>,
     ) {
         if let Some(change) = session.lock(|session| session.next_to_store()) {

@@ -98,7 +98,7 @@ impl OnboardNavigation {
             estimator.predict(state, &MISSING);
         }
         estimator.predict(state, frame.inertial.as_ref().unwrap_or(&MISSING));
-        // wcet: at most 8 iterations
+        // wcet: at most MEASUREMENTS iterations
         for measurement in frame.measurements.iter().flatten() {
             estimator.correct(state, measurement);
         }

@@ -5,7 +5,7 @@
 
 use ctrl_core::error::{Bound, ConfigError};
 use ctrl_core::mode::safety::Hazards;
-use heapless::{Deque, String};
+use heapless::{Deque, Vec};
 use mavlink::dialects::common::{MavSeverity, STATUSTEXT_DATA};
 use mavlink::types::CharArray;
 
@@ -13,6 +13,8 @@ use mavlink::types::CharArray;
 const TEXT_MAX: usize = 96;
 /// Bytes of a message.
 const CHUNK: usize = 50;
+/// Parts of a sentence; what is more is cut.
+const PARTS_MAX: usize = 12;
 /// Sentences that wait.
 const WAITING: usize = 6;
 
@@ -42,7 +44,7 @@ pub enum Part<'a> {
 
 impl Part<'_> {
     /// Adds the part at the end; what does not fit is cut.
-    fn append<const N: usize>(self, sentence: &mut String<N>) {
+    fn append<const N: usize>(self, sentence: &mut Sentence<N>) {
         match self {
             Self::Text(text) => append(sentence, text),
             Self::Count(count) => append_count(sentence, count),
@@ -78,15 +80,23 @@ pub(crate) fn explained(error: &ConfigError) -> [Part<'static>; 8] {
     [Text(name), Text(" "), Number(value), Text(words), lower, Text(to), upper, Text(end)]
 }
 
-fn append<const N: usize>(sentence: &mut String<N>, text: &str) {
+/// The text of a sentence.
+type Sentence<const N: usize = TEXT_MAX> = Vec<u8, N>;
+
+fn append<const N: usize>(sentence: &mut Sentence<N>, text: &str) {
     let room = N.saturating_sub(sentence.len());
     // At a boundary of characters, and there is room.
     let fits = text.get(..text.floor_char_boundary(room)).unwrap_or_default();
-    let _ = sentence.push_str(fits);
+    // Each takes room of the sentence.
+    // wcet: at most TEXT_MAX iterations in all of StatusTexts::push
+    for byte in fits.bytes() {
+        let _ = sentence.push(byte);
+    }
 }
 
 /// At most ten digits.
-fn append_count<const N: usize>(sentence: &mut String<N>, mut count: u32) {
+#[inline(never)]
+fn append_count<const N: usize>(sentence: &mut Sentence<N>, mut count: u32) {
     let mut digits = [b'0'; 10];
     let mut first = digits.len() - 1;
     // wcet: at most 10 iterations
@@ -100,13 +110,13 @@ fn append_count<const N: usize>(sentence: &mut String<N>, mut count: u32) {
     }
     // wcet: at most 10 iterations
     for digit in digits.iter().skip(first) {
-        // wcet: at most 4 bytes
-        let _ = sentence.push(char::from(*digit));
+        let _ = sentence.push(*digit);
     }
 }
 
 /// Four decimals at most, and a power of ten where they do not suffice.
-fn append_number<const N: usize>(sentence: &mut String<N>, number: f32) {
+#[inline(never)]
+fn append_number<const N: usize>(sentence: &mut Sentence<N>, number: f32) {
     if number.is_nan() {
         return append(sentence, "NaN");
     }
@@ -139,7 +149,7 @@ fn append_number<const N: usize>(sentence: &mut String<N>, number: f32) {
     let mut unit = 1_000;
     // wcet: at most 4 iterations
     while rest > 0 && unit > 0 {
-        append_count(sentence, rest / unit);
+        let _ = sentence.push(b'0' + (rest / unit) as u8);
         (rest, unit) = (rest % unit, unit / 10);
     }
     if exponent != 0 {
@@ -151,7 +161,7 @@ fn append_number<const N: usize>(sentence: &mut String<N>, number: f32) {
 /// Sentences that have not been sent.
 #[derive(Clone, Debug)]
 pub(crate) struct StatusTexts {
-    waiting: Deque<(Severity, String<TEXT_MAX>), WAITING>,
+    waiting: Deque<(Severity, Sentence), WAITING>,
     /// Number of the sentence, and its part that comes next.
     number: u16,
     part: u8,
@@ -163,10 +173,11 @@ impl StatusTexts {
     }
 
     /// Queues a sentence, unless too many wait or it is there already.
+    #[inline(never)]
     pub(crate) fn push(&mut self, severity: Severity, parts: &[Part<'_>]) {
-        let mut sentence = String::new();
-        // wcet: at most 8 iterations
-        parts.iter().for_each(|part| part.append(&mut sentence));
+        let mut sentence = Sentence::new();
+        // wcet: at most PARTS_MAX iterations
+        parts.iter().take(PARTS_MAX).for_each(|part| part.append(&mut sentence));
         // wcet: at most TEXT_MAX bytes
         // wcet: at most TEXT_MAX iterations
         if self.waiting.back().is_none_or(|(_, last)| *last != sentence) {
@@ -179,7 +190,7 @@ impl StatusTexts {
     pub(crate) fn next(&mut self) -> Option<(STATUSTEXT_DATA, [u8; 3])> {
         let (severity, text) = self.waiting.front()?;
         let start = usize::from(self.part) * CHUNK;
-        let bytes = text.as_bytes();
+        let bytes = text.as_slice();
         let mut chunk = [0; CHUNK];
         // wcet: at most CHUNK iterations
         for (place, byte) in chunk.iter_mut().zip(bytes.iter().skip(start)) {
@@ -209,10 +220,14 @@ impl StatusTexts {
 mod tests {
     use super::*;
 
-    fn shown(part: Part<'_>) -> String<64> {
-        let mut sentence = String::new();
+    fn text<const N: usize>(sentence: &Sentence<N>) -> &str {
+        core::str::from_utf8(sentence).unwrap()
+    }
+
+    fn shown(part: Part<'_>) -> std::string::String {
+        let mut sentence = Sentence::<64>::new();
         part.append(&mut sentence);
-        sentence
+        text(&sentence).into()
     }
 
     #[test]
@@ -255,27 +270,31 @@ mod tests {
     fn hazards_read_as_they_are_displayed() {
         for bits in 0..=u8::MAX {
             let hazards = Hazards::from_bits_retain(bits);
-            let mut sentence = String::<150>::new();
+            let mut sentence = Sentence::<150>::new();
             Part::Hazards(hazards).append(&mut sentence);
-            assert_eq!(sentence, std::format!("{hazards}").as_str());
+            assert_eq!(text(&sentence), std::format!("{hazards}"));
         }
     }
 
     #[test]
     fn what_does_not_fit_is_cut() {
-        let mut sentence = String::<4>::new();
+        let mut sentence = Sentence::<4>::new();
         Part::Text("abc").append(&mut sentence);
         Part::Text("d\u{e9}f").append(&mut sentence);
-        assert_eq!(sentence, "abcd");
+        assert_eq!(text(&sentence), "abcd");
+        let mut texts = StatusTexts::new();
+        texts.push(Severity::Info, &[Part::Text("x"); PARTS_MAX + 1]);
+        let (data, _) = texts.next().unwrap();
+        assert_eq!(data.text.to_str().unwrap(), "x".repeat(PARTS_MAX));
     }
 
     #[test]
     fn an_error_shows_name_value_and_bound() {
         let shown = |bound| {
-            let mut sentence = String::<64>::new();
+            let mut sentence = Sentence::<64>::new();
             let error = ConfigError::new("k1", 2.5, bound, "");
             explained(&error).iter().for_each(|part| part.append(&mut sentence));
-            sentence
+            std::string::String::from(text(&sentence))
         };
         assert_eq!(shown(Bound::Inside(0.5, 1.0)), "k1 2.5, must be in [0.5, 1]");
         assert_eq!(shown(Bound::AtMost(2.0)), "k1 2.5, must be at most 2");

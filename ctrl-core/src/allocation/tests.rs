@@ -236,8 +236,10 @@ fn too_few_rotors_are_refused() {
     // Both of one side of an octorotor and their neighbours.
     let failed = RotorSet::from_bits_retain(0b1111);
     assert_eq!(refused(&octorotor(), failed), "rotors (tilt torque)");
-    let small = SizedAllocator::<{ slabs(4) }>::new(&octorotor()).unwrap_err();
+    let small = SizedAllocator::<{ slabs(5) }>::new(&octorotor()).unwrap_err();
     assert_eq!(small.parameter, "rotors (facets)");
+    let small = QuadAllocator::new(&octorotor()).unwrap_err();
+    assert_eq!(small.parameter, "rotors (count)");
     assert_eq!(RotorSet::rotor(8), RotorSet::empty());
     assert_eq!(RotorSet::rotor(usize::MAX), RotorSet::empty());
 }
@@ -358,4 +360,37 @@ proptest! {
             prop_assert!(achieved.thrust.is_finite() && achieved.torque_body.is_finite());
         }
     }
+}
+
+#[test]
+fn four_rotors_have_nothing_to_distribute() {
+    let mut bits: u64 = 0x9E37_79B9_7F4A_7C15;
+    let mut random = move || {
+        bits ^= bits << 13;
+        bits ^= bits >> 7;
+        bits ^= bits << 17;
+        (bits >> 40) as f32 * (1.0 / 8_388_608.0) - 1.0
+    };
+    let mut compared = 0;
+    for case in 0..100 {
+        let mut geometry = RotorGeometry::quad_x(0.2, 0.016, LIMITS);
+        for rotor in &mut geometry.rotors {
+            rotor.position_body += 0.1 * Vec3::new(random(), random(), 0.3 * random());
+            rotor.thrust.upper *= 1.0 + 0.6 * random();
+        }
+        let (Ok(quad), Ok(any)) = (QuadAllocator::new(&geometry), Allocator::new(&geometry)) else {
+            continue;
+        };
+        compared += 1;
+        for size in [0.5, 1.0, 1e4] {
+            let torque_body = size * Vec3::new(random(), random(), 0.1 * random());
+            let command = Wrench { thrust: 8.0 + 10.0 * size * random(), torque_body };
+            let [four, any] = [quad.allocate(&command), any.allocate(&command)];
+            assert_eq!(four.limited, any.limited, "{case}");
+            for (a, b) in four.thrusts.iter().zip(&any.thrusts) {
+                assert!((a - b).abs() < 1e-3, "{case}: {a} and {b} N");
+            }
+        }
+    }
+    assert!(compared > 50, "{compared}");
 }

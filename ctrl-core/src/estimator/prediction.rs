@@ -143,3 +143,36 @@ fn step_rotation(turn: Vec3) -> Quat {
         Quat::from_xyzw(eps.x, eps.y, eps.z, 1.0 - 0.5 * square + square * square * (1.0 / 24.0));
     renormalised(q).unwrap_or(Quat::IDENTITY)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    /// Columns, and elements above the diagonal, that [`Estimator::add_noise`] passes in each turn: `j + 1` and
+    /// `j (j + 1)/2` for the state `j`.
+    fn passed() -> Vec<[usize; 2]> {
+        let states = |turn: usize| {
+            let first = if turn.is_multiple_of(2) { ATTITUDE } else { VELOCITY };
+            let bias = if turn < 3 { GYRO_BIAS + turn } else { ACCELEROMETER_BIAS + turn - 3 };
+            [first, first + 1, first + 2, bias]
+        };
+        let sum = |of: fn(usize) -> usize, turn| states(turn).into_iter().map(of).sum::<usize>();
+        let turns = 0..usize::from(TURNS);
+        turns.map(|turn| [sum(|j| j + 1, turn), sum(|j| j * (j + 1) / 2, turn)]).collect()
+    }
+
+    /// What `cargo xtask wcet` takes for one prediction (`xtask/src/wcet/traffic.rs`) and for the three that a release
+    /// makes at most.
+    #[test]
+    fn the_noise_passes_triangles() {
+        use super::super::covariance::{NOISE_COLUMNS, NOISE_ELEMENTS};
+        let (passed, turns) = (passed(), usize::from(TURNS));
+        let most = |predictions: usize, of: usize| {
+            let from = |turn: usize| (0..predictions).map(move |k| (turn + k) % turns);
+            (0..turns).map(|turn| from(turn).map(|turn| passed[turn][of]).sum::<usize>()).max()
+        };
+        assert_eq!([most(1, 0), most(1, 1)], [Some(42), Some(214)]);
+        assert_eq!([most(3, 0), most(3, 1)], [Some(NOISE_COLUMNS), Some(NOISE_ELEMENTS)]);
+    }
+}

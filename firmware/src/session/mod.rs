@@ -255,11 +255,11 @@ impl<'a> HostSession<'a> {
     #[inline(never)]
     pub fn handle(
         &mut self,
-        received: Received<Uplink>,
+        received: &Received<Uplink>,
         status: ControlStatus,
         origin: TickOrigin,
     ) {
-        let Received { sequence, ref message } = received;
+        let Received { sequence, ref message } = *received;
         self.heard = status.uptime;
         let result = match message {
             Uplink::State { .. }

@@ -67,7 +67,7 @@ fn send_by(
     message: Uplink,
     status: ControlStatus,
 ) -> Vec<Downlink> {
-    session.handle(Received { sequence: 42, message }, status, origin);
+    session.handle(&Received { sequence: 42, message }, status, origin);
     core::iter::from_fn(|| session.next_answer()).collect()
 }
 
@@ -132,7 +132,7 @@ fn commands_wait_for_the_control_group_and_are_answered_in_order() {
     let mut session = session();
     for (sequence, command) in [(1, Command::Arm), (2, Command::Start)] {
         session.handle(
-            Received { sequence, message: Uplink::Command(command) },
+            &Received { sequence, message: Uplink::Command(command) },
             GROUND,
             TickOrigin::Timer,
         );
@@ -320,7 +320,7 @@ fn answers_beyond_the_queue_are_counted() {
     let mut session = session();
     for _ in 0..ANSWERS + 3 {
         let message = Uplink::ParameterAt { index: 0 };
-        session.handle(Received { sequence: 0, message }, GROUND, TickOrigin::Timer);
+        session.handle(&Received { sequence: 0, message }, GROUND, TickOrigin::Timer);
     }
     assert_eq!(session.dropped(), 3);
 }

@@ -21,6 +21,8 @@ pub struct Role {
     pub header: Option<usize>,
     /// Enters these loops next, if it goes there at all.
     pub enters: Vec<usize>,
+    /// Begins the function over whose call these loops are counted.
+    pub restarts: Vec<usize>,
     /// Calls code that does not count and returns to this address.
     pub suspends: Option<u64>,
     /// This address, if code that does not count returns there.
@@ -37,14 +39,30 @@ struct Begun {
     suspended: Option<u64>,
 }
 
+/// Header of a loop.
+#[derive(Clone, Copy, Debug)]
+pub struct Header {
+    address: u64,
+    /// Rounds are counted over a release or a call of some function, however often the loop is entered.
+    in_all: bool,
+}
+
+/// Executions of a header since its loop was entered; in all, ways back to it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Rounds {
+    count: u64,
+    /// The next execution is that of an entry, which does not count in all.
+    entering: bool,
+}
+
 /// The counts.
 #[derive(Debug)]
 pub struct Tasks {
     entries: Vec<u64>,
-    headers: Vec<u64>,
+    headers: Vec<Header>,
     stack: Vec<Begun>,
-    /// For each depth, executions of each header since its loop was entered.
-    rounds: Vec<Vec<u64>>,
+    /// For each depth and each header, its [`Rounds`].
+    rounds: Vec<Vec<Rounds>>,
     most_rounds: Vec<u64>,
     most: Vec<u64>,
     calls: Vec<u64>,
@@ -52,13 +70,13 @@ pub struct Tasks {
 
 impl Tasks {
     /// Tasks by their entries, loops by their headers.
-    pub fn new(entries: Vec<u64>, headers: Vec<u64>) -> Self {
+    pub fn new(entries: Vec<u64>, headers: Vec<Header>) -> Self {
         let (tasks, loops) = (entries.len(), headers.len());
         Self {
             entries,
             headers,
             stack: Vec::new(),
-            rounds: vec![vec![0; loops]; tasks + 1],
+            rounds: vec![vec![Rounds::default(); loops]; tasks + 1],
             most_rounds: vec![0; loops],
             most: vec![0; tasks],
             calls: vec![0; tasks],
@@ -71,7 +89,7 @@ impl Tasks {
             if self.stack.len() < self.entries.len() {
                 self.stack.push(Begun { task, ..Begun::default() });
             }
-            self.rounds[self.stack.len()].fill(0);
+            self.rounds[self.stack.len()].fill(Rounds::default());
         }
         let Some(begun) = self.stack.last_mut() else { return };
         if role.resumes.is_some() && begun.suspended == role.resumes {
@@ -93,12 +111,21 @@ impl Tasks {
 
     fn went_round(&mut self, role: &Role) {
         let rounds = &mut self.rounds[self.stack.len()];
+        for restarted in &role.restarts {
+            rounds[*restarted] = Rounds::default();
+        }
         if let Some(header) = role.header {
-            rounds[header] += 1;
-            self.most_rounds[header] = self.most_rounds[header].max(rounds[header]);
+            let (rounds, most) = (&mut rounds[header], &mut self.most_rounds[header]);
+            let entered = core::mem::take(&mut rounds.entering) && self.headers[header].in_all;
+            rounds.count += u64::from(!entered);
+            *most = rounds.count.max(*most);
         }
         for entered in &role.enters {
-            rounds[*entered] = 0;
+            let rounds = &mut rounds[*entered];
+            rounds.entering = true;
+            if !self.headers[*entered].in_all {
+                rounds.count = 0;
+            }
         }
     }
 
@@ -114,14 +141,14 @@ impl Tasks {
             let _ = writeln!(text, "task {entry:#x} {most} {calls}");
         }
         for (header, most) in self.headers.iter().zip(&self.most_rounds) {
-            let _ = writeln!(text, "loop {header:#x} {most}");
+            let _ = writeln!(text, "loop {:#x} {most}", header.address);
         }
         text
     }
 }
 
-/// Reads a description: lines `task ENTRY EXIT...`, `loop HEADER ENTERED_FROM...`, `apart CALL RETURN` and
-/// `range START END`, all numbers in hexadecimal. Returns the counts, the roles of single instructions, and the ranges.
+/// Reads a description: lines `task ENTRY EXIT...`, `loop HEADER ENTERED_FROM...`, `total HEADER ENTERED_FROM...`, `over
+/// FUNCTION` for the loop of the line before, `apart CALL RETURN` and `range START END`, all numbers in hexadecimal. Returns the counts, the roles of single instructions, and the ranges.
 #[allow(clippy::type_complexity, reason = "one caller")]
 pub fn parse(text: &str) -> Option<(Tasks, BTreeMap<u64, Role>, Vec<core::ops::Range<u64>>)> {
     let (mut entries, mut headers, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
@@ -137,12 +164,16 @@ pub fn parse(text: &str) -> Option<(Tasks, BTreeMap<u64, Role>, Vec<core::ops::R
                 exits.iter().for_each(|exit| roles.entry(*exit).or_default().ends = true);
                 entries.push(*entry);
             }
-            ("loop", [header, from @ ..]) => {
+            ("loop" | "total", [header, from @ ..]) => {
                 roles.entry(*header).or_default().header = Some(headers.len());
                 for from in from {
                     roles.entry(*from).or_default().enters.push(headers.len());
                 }
-                headers.push(*header);
+                headers.push(Header { address: *header, in_all: kind == "total" });
+            }
+            ("over", [function]) => {
+                let header = headers.len().checked_sub(1)?;
+                roles.entry(*function).or_default().restarts.push(header);
             }
             ("apart", [call, back]) => {
                 roles.entry(*call).or_default().suspends = Some(*back);
@@ -182,5 +213,20 @@ mod tests {
         run(&mut tasks, &[0x20, 0x21, 0x12, 0x12, 0x12, 0x12, 0x22]);
         assert_eq!(tasks.report(), "task 0x10 6 2\ntask 0x20 3 2\nloop 0x12 3\n");
         assert!(parse("task").is_none() && parse("loop 12").is_none());
+    }
+
+    #[test]
+    fn loops_in_all_count_their_ways_back_over_a_release_or_a_call() {
+        let (mut tasks, roles, _) =
+            parse("task 0x10 0x19\ntotal 0x12 0x11\ntotal 0x15 0x14\nover 0x13\nloop 0x17 0x16")
+                .unwrap();
+        let round = [0x11, 0x12, 0x12, 0x13, 0x14, 0x15, 0x15, 0x15, 0x14, 0x15, 0x16, 0x17, 0x17];
+        let release = [&[0x10], &round[..], &round, &[0x19]].concat();
+        for pc in release.iter().chain(&release) {
+            tasks.executed(&roles.get(pc).cloned().unwrap_or_default());
+        }
+        // Of each release two ways back to 0x12; of each call of 0x13 two to 0x15; of each entry two of 0x17.
+        assert_eq!(tasks.report(), "task 0x10 0 2\nloop 0x12 2\nloop 0x15 2\nloop 0x17 2\n");
+        assert!(parse("over 0x10").is_none());
     }
 }

@@ -24,7 +24,8 @@ pub type Costs = BTreeMap<Model, u64>;
 pub struct Cost {
     /// Without the loops that are limited in all.
     pub each: Costs,
-    /// Of these, by the header's address: once for each release of a task.
+    /// Of these, by the header's address: once for each release of a task, or for each call of the function that they
+    /// name, which is above.
     pub in_all: BTreeMap<u64, Costs>,
 }
 
@@ -75,6 +76,8 @@ pub struct Analysis<'a> {
     per_us: u64,
     pub(super) functions: Functions,
     costs: BTreeMap<(u64, Option<u64>), Cost>,
+    /// Functions over whose calls loops are limited, by the loops' headers.
+    scopes: BTreeMap<u64, String>,
     /// Loops by header; those of copy routines are in it once for each length.
     pub loops: Vec<BoundedLoop>,
     /// Names of the excluded functions that were met.
@@ -102,6 +105,7 @@ impl<'a> Analysis<'a> {
             per_us: (CLOCK / 1e6) as u64,
             functions: BTreeMap::new(),
             costs: BTreeMap::new(),
+            scopes: BTreeMap::new(),
             loops: Vec::new(),
             met: BTreeSet::new(),
             problems: Vec::new(),
@@ -136,12 +140,35 @@ impl<'a> Analysis<'a> {
         let problems = std::mem::take(&mut self.problems);
         ensure!(problems.is_empty(), "no bound:\n  {}", problems.join("\n  "));
         ensure!(!self.unbounded.contains(&start), "it calls what has no bound");
+        self.require_scopes(start, &cost)?;
         Ok(cost)
+    }
+
+    /// Refuses a limit over the calls of a function that is not between the root and the loop.
+    fn require_scopes(&self, root: u64, cost: &Cost) -> Result<()> {
+        let open = cost.in_all.keys().find_map(|header| Some((*header, self.scopes.get(header)?)));
+        match open {
+            None => Ok(()),
+            Some((header, scope)) => anyhow::bail!(
+                "the loop at {header:#x} is limited over a call of `{scope}`, which is not above it and below {root:#x}: {}",
+                self.limits.place(header)
+            ),
+        }
+    }
+
+    /// Starts of the functions over whose calls the loop at `header` is limited; none: over a release.
+    pub fn scope(&self, header: u64) -> Vec<u64> {
+        let Some(scope) = self.scopes.get(&header) else { return Vec::new() };
+        let named = |start: &u64| {
+            self.image.containing(*start).is_some_and(|function| function.name.contains(scope))
+        };
+        self.functions.keys().copied().filter(named).collect()
     }
 
     /// Analyses the function that starts at `start`, which may do without a bound; what is without one below it.
     pub fn examine(&mut self, start: u64) -> Result<Vec<String>> {
-        self.cost_below(start, None, &mut Vec::new())?;
+        let cost = self.cost_below(start, None, &mut Vec::new())?;
+        self.require_scopes(start, &cost)?;
         Ok(std::mem::take(&mut self.problems))
     }
 
@@ -299,11 +326,14 @@ impl<'a> Analysis<'a> {
                 self.problems.push(problem.to_string());
                 self.unbounded.insert(start);
                 self.unbounded_loops.insert(found.header);
-                Found { limit: Limit::Each(1), origin: String::new() }
+                Found { limit: Limit::Each(1), scope: None, origin: String::new() }
             });
             let entered_from = entries(graph, &found);
             let (function, header) = (name.to_owned(), found.header);
             limits.insert(header, limit.limit);
+            if let Some(scope) = &limit.scope {
+                self.scopes.insert(header, scope.clone());
+            }
             self.loops.push(BoundedLoop { function, header, entered_from, found: limit });
         }
         for model in Model::ALL {
@@ -317,7 +347,20 @@ impl<'a> Analysis<'a> {
                 cost.in_all.entry(header).or_default().insert(model, rounds);
             }
         }
+        self.close_scopes(name, &mut cost);
         Ok(cost)
+    }
+
+    /// Adds what is limited over a call of the function `name` to the cost of that call.
+    fn close_scopes(&self, name: &str, cost: &mut Cost) {
+        let Cost { each, in_all } = cost;
+        in_all.retain(|header, rounds| {
+            let closes = self.scopes.get(header).is_some_and(|scope| name.contains(&**scope));
+            for (model, rounds) in rounds.iter().filter(|_| closes) {
+                *each.entry(*model).or_default() += rounds;
+            }
+            !closes
+        });
     }
 }
 

@@ -6,6 +6,7 @@
 //! // wcet: at most 16 iterations
 //! // wcet: at most MAX_FRAME iterations        a constant of the same file
 //! // wcet: at most 512 iterations in all       over one release of the task, however often it is entered
+//! // wcet: at most 96 iterations in all of T::f over one call of the function, however often it is entered
 //! // wcet: at most 5 us                        waits for hardware
 //! // wcet: at most 48 bytes                    copied or cleared by a routine that is called here
 //! ```
@@ -45,6 +46,8 @@ struct Annotation {
     lines: (u32, u32),
     unit: Unit,
     most: u64,
+    /// Function that an `in all of` names.
+    scope: Option<String>,
 }
 
 /// Quantity that a comment or a library's entry bounds.
@@ -52,7 +55,7 @@ struct Annotation {
 pub enum Unit {
     /// Of a loop, for each entry.
     Iterations,
-    /// Of a loop, over one release of the task.
+    /// Of a loop, over one release of the task or one call of a function.
     IterationsInAll,
     /// Of waiting (us).
     Microseconds,
@@ -86,6 +89,8 @@ impl Unit {
 pub struct Found {
     /// The bound.
     pub limit: Limit,
+    /// Part of the name of the function over whose call a limit in all counts; none: over a release of the task.
+    pub scope: Option<String>,
     /// Its origin, for reports: a place in the sources, a library, or the code itself.
     pub origin: String,
 }
@@ -107,10 +112,12 @@ impl Limits {
     ) -> Result<Found> {
         if let Some(bytes) = bytes {
             let limit = Limit::Each(copy_rounds(found, graph, name, bytes));
-            return Ok(Found { limit, origin: format!("{name}: bytes of its argument") });
+            let origin = format!("{name}: bytes of its argument");
+            return Ok(Found { limit, scope: None, origin });
         }
         if let Some(rounds) = derived(found, graph, constants) {
-            return Ok(Found { limit: Limit::Each(rounds), origin: "derived".into() });
+            let limit = Limit::Each(rounds);
+            return Ok(Found { limit, scope: None, origin: "derived".into() });
         }
         let own = [&found.latches[..], &[found.header]].concat();
         for places in [&own[..], &found.nodes.iter().copied().collect::<Vec<_>>()] {
@@ -164,11 +171,12 @@ impl Limits {
             let mut known = LIBRARY.iter().filter(|known| known.unit != Unit::Bytes);
             if let Some(known) = known.find(|known| place.function.contains(known.part)) {
                 let limit = known.unit.limit(known.most);
-                return Ok(Some(Found { limit, origin: known.part.to_owned() }));
+                return Ok(Some(Found { limit, scope: None, origin: known.part.to_owned() }));
             }
             let found = self.annotation(&place, |unit| unit != Unit::Bytes)?;
             if let Some((annotation, origin)) = found {
-                return Ok(Some(Found { limit: annotation.unit.limit(annotation.most), origin }));
+                let Annotation { unit, most, scope, .. } = annotation;
+                return Ok(Some(Found { limit: unit.limit(most), scope, origin }));
             }
         }
         Ok(None)
@@ -213,7 +221,12 @@ fn annotations(text: &str, constants: &[(&str, u64)]) -> Result<Vec<Annotation>>
         let ["at", "most", number, rest @ ..] = &words[..] else {
             bail!("{}: `at most N ...` is expected", place())
         };
+        let mut scope = None;
         let unit = match rest {
+            ["iterations", "in", "all", "of", function, ..] => {
+                scope = Some((*function).to_owned());
+                Unit::IterationsInAll
+            }
             ["iterations", "in", "all", ..] => Unit::IterationsInAll,
             ["iterations", ..] => Unit::Iterations,
             ["us", ..] => Unit::Microseconds,
@@ -228,7 +241,7 @@ fn annotations(text: &str, constants: &[(&str, u64)]) -> Result<Vec<Annotation>>
         };
         let first = if code.trim().is_empty() { next_statement(&lines, index) } else { index };
         let last = end(&lines, first);
-        found.push(Annotation { lines: (first as u32 + 1, last as u32 + 1), unit, most });
+        found.push(Annotation { lines: (first as u32 + 1, last as u32 + 1), unit, most, scope });
     }
     Ok(found)
 }
@@ -284,7 +297,9 @@ fn copy_rounds(found: &Loop, graph: &FlowGraph, name: &str, bytes: u64) -> u64 {
             }
         }
     }
-    let stride = advances.into_values().min().unwrap_or(1).max(1);
+    let moved = advances.into_values().min().unwrap_or(1).max(1);
+    // No byte of the destination is written twice, wherever the pointers are kept.
+    let stride = if is_chain(found, graph) { moved.max(stored(found, graph)) } else { moved };
     let words = found.nodes.iter().any(|address| {
         let name = graph.nodes[address].instruction.name();
         ["ldr", "str", "ldm", "stm", "ldrd", "strd"].contains(&name)
@@ -292,6 +307,23 @@ fn copy_rounds(found: &Loop, graph: &FlowGraph, name: &str, bytes: u64) -> u64 {
     // Less than a threshold of 16 bytes is copied byte by byte, and what leads to or follows whole words.
     let covered = if words || !copies_words(name) { bytes } else { bytes.min(15) };
     covered.div_ceil(stride) + 1
+}
+
+/// Bytes that every round of a loop stores, but for those on the stack.
+fn stored(found: &Loop, graph: &FlowGraph) -> u64 {
+    let widths = found.nodes.iter().map(|address| {
+        let node = &graph.nodes[address];
+        let on_stack = node.instruction.operands.contains("[sp");
+        match node.instruction.name() {
+            _ if node.conditional || on_stack => 0,
+            "strb" => 1,
+            "strh" => 2,
+            "str" => 4,
+            "strd" => 8,
+            _ => 0,
+        }
+    });
+    widths.sum()
 }
 
 /// Executions of the header of a loop that counts a register by a constant from one constant to another.
@@ -380,14 +412,17 @@ mod tests {
                     for x in [\n    1,\n] {\n    body();\n}\n\
                     a.b(|x| {\n    c\n}); // wcet: at most 48 bytes\n\
                     // wcet: at most 5 us\nwhile busy() {}\n\
-                    // wcet: at most 512 iterations in all\nwhile more() {\n";
+                    // wcet: at most 512 iterations in all\nwhile more() {\n}\n\
+                    // wcet: at most 96 iterations in all of T::push\nwhile more() {\n";
         let expected = [
-            ((3, 5), Unit::Iterations, 16),
-            ((10, 10), Unit::Bytes, 48),
-            ((12, 12), Unit::Microseconds, 5),
-            ((14, 14), Unit::IterationsInAll, 512),
+            ((3, 5), Unit::Iterations, 16, None),
+            ((10, 10), Unit::Bytes, 48, None),
+            ((12, 12), Unit::Microseconds, 5, None),
+            ((14, 14), Unit::IterationsInAll, 512, None),
+            ((17, 17), Unit::IterationsInAll, 96, Some("T::push".to_owned())),
         ];
-        let expected = expected.map(|(lines, unit, most)| Annotation { lines, unit, most });
+        let expected =
+            expected.map(|(lines, unit, most, scope)| Annotation { lines, unit, most, scope });
         assert_eq!(annotations(text, &[]).unwrap(), expected);
     }
 

@@ -31,6 +31,7 @@ const FLIGHTS: &[&[&str]] = &[
     &["paper-saturated", "--set", "duration=1"],
     &["tilt-recovery", "--lock-step", "--set", "duration=1"],
     &["waypoints", "--set", "duration=1"],
+    &["sensors-lemniscate", "--set", "duration=1"],
     &[
         "paper-saturated",
         "--set",
@@ -118,7 +119,11 @@ fn describe(
     for found in analysis.loops.iter().filter(|found| headers.insert(found.header)) {
         let from = analysis.entries(found).into_iter().map(|from| format!("{from:#x}"));
         let from: Vec<_> = from.collect();
-        writeln!(text, "loop {:#x} {}", found.header, from.join(" "))?;
+        let kind = if let Limit::InAll(_) = found.found.limit { "total" } else { "loop" };
+        writeln!(text, "{kind} {:#x} {}", found.header, from.join(" "))?;
+        for start in analysis.scope(found.header) {
+            writeln!(text, "over {start:#x}")?;
+        }
     }
     for (call, back) in analysis.excluded_calls()? {
         writeln!(text, "apart {call:#x} {back:#x}")?;
@@ -171,7 +176,11 @@ fn judge_loops(analysis: &Analysis, rounds: &BTreeMap<u64, u64>) -> Result<()> {
     let (mut reached, mut loops) = (0, 0);
     let mut limits: BTreeMap<u64, (u64, &str)> = BTreeMap::new();
     for found in &analysis.loops {
-        let (Limit::Each(most) | Limit::InAll(most)) = found.found.limit else { continue };
+        let most = match found.found.limit {
+            Limit::Each(most) => most,
+            Limit::InAll(most) => most.saturating_sub(1), // ways back
+            Limit::Time(_) => continue,
+        };
         let limit = limits.entry(found.header).or_insert((0, &found.found.origin));
         limit.0 = limit.0.max(most);
     }
@@ -181,7 +190,7 @@ fn judge_loops(analysis: &Analysis, rounds: &BTreeMap<u64, u64>) -> Result<()> {
         reached += u64::from(count > 0);
         ensure!(
             count <= *limit,
-            "the loop at {header:#x} ({origin}) was begun {count} times, at most {limit} are said"
+            "the loop at {header:#x} ({origin}) went round {count} times, at most {limit} are said"
         );
     }
     println!("{loops} loops bounded, {reached} of them counted in flights, none above its bound");

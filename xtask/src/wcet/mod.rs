@@ -20,6 +20,7 @@ mod response;
 mod section;
 mod tasks;
 mod timing;
+mod traffic;
 
 pub use analysis::{Functions, Known};
 pub use bound::Bounds;

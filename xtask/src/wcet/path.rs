@@ -39,8 +39,8 @@ pub struct Loop {
 pub enum Limit {
     /// Executions of the header for each entry.
     Each(u64),
-    /// Executions of the header over everything: `Weighted::longest` leaves out all but the first for each
-    /// entry, and the caller adds them once.
+    /// Executions of the header over a release or over a call of some function: `Weighted::longest` leaves out all but
+    /// the first for each entry, and the caller adds them once.
     InAll(u64),
     /// Time spent for each entry (us), by hardware that the loop waits for.
     Time(u64),

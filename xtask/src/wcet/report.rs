@@ -16,8 +16,12 @@ const TIGHTNESS: f64 = 1.3;
 /// The image of compiled mutants.
 const MUTANTS: &str = "unbounded";
 /// Mutants that must not get a bound, and the reason.
-const UNBOUNDED: [(&str, &str); 3] =
-    [("mutant_loop", "loop"), ("mutant_recursion", "recursive"), ("mutant_pointer", "indirect")];
+const UNBOUNDED: [(&str, &str); 4] = [
+    ("mutant_loop", "loop"),
+    ("mutant_scope", "loop"),
+    ("mutant_recursion", "recursive"),
+    ("mutant_pointer", "indirect"),
+];
 /// Instructions of the branch in `mutant_branch`, which no usual argument takes.
 const ADDED: u64 = 500;
 

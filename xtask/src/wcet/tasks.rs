@@ -2,16 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use firmware::rate_loop::{Group, GroupConfig};
 use firmware::rates;
 
-use super::analysis::{Analysis, Cost};
+use super::analysis::Analysis;
 use super::library::LIBRARY;
 use super::limit::Limits;
 use super::response::{Demand, response, utilisation};
 use super::section;
 use super::timing::Model;
+use super::traffic::{BYTE, CONTRACT, Exception, MAVLINK_BYTE, StateInput, TRAFFIC, demands};
 use crate::budgets::Row;
 use crate::cycles::CLOCK;
 use crate::disassembly::{Listing, disassemble};
@@ -44,96 +45,11 @@ const UNBOUNDED: &[(&str, &str)] =
 /// Constants that annotations name and that are smaller in the image, or that the image chooses: its vehicle has
 /// as many rotors as the board has outputs, which `firmware/build.rs` checks; with four, the slabs of one set
 /// of axes are at most their pairs, those of the wrench their triples.
-pub const CONSTANTS: &[(&str, u64)] = &[("MAX_ROTORS", 4), ("SLABS", 6), ("WRENCH_SLABS", 4)];
-/// The same for a release that finds nothing.
-const NOTHING: &[(&str, u64)] = &[("FRAMES_PER_RELEASE", 0)];
-
-/// Traffic of a host in flight, as response times assume it; beside it one other message per 20 ms.
-pub struct Traffic {
-    /// Words for it.
-    pub name: &'static str,
-    /// Frames with samples or references per tick.
-    frames: u64,
-    /// Bytes of these per tick.
-    bytes: u64,
-    /// Constants for a release that finds all of it.
-    constants: &'static [(&'static str, u64)],
-    /// Functions that such a release does not call, by parts of their names.
-    without: &'static [&'static str],
-    /// Bytes of a ground station per tick.
-    station: u64,
-    /// A task without a bound holds its locks, for example to carry out a message of a ground station.
-    unbounded: bool,
-    /// Tasks that have to meet their deadlines under it.
-    hard: &'static [&'static str],
-}
-
-/// A state takes 67 bytes, a reference 111; a full line carries 200 per millisecond.
-/// By sensors, a tick has an inertial sample and at most one of each other source; the estimator then predicts up to
-/// three times and corrects up to eight.
-pub const TRAFFIC: [Traffic; 3] = [
-    Traffic {
-        name: "a state per tick",
-        frames: 1,
-        station: 20,
-        unbounded: false,
-        bytes: 67,
-        constants: &[("FRAMES_PER_RELEASE", 1), ("RECEIVED", 67)],
-        without: &[ESTIMATOR],
-        hard: &[
-            "receive",
-            "receive_mavlink",
-            "control",
-            "state_input",
-            "telemetry",
-            "housekeeping",
-        ],
-    },
-    Traffic {
-        name: "the line full",
-        frames: 2,
-        station: 93,
-        unbounded: true,
-        bytes: 200,
-        constants: &[("FRAMES_PER_RELEASE", 2), ("RECEIVED", 200)],
-        without: &[ESTIMATOR],
-        hard: &["receive", "receive_mavlink", "control"],
-    },
-    Traffic {
-        name: "by sensors",
-        frames: 9,
-        station: 20,
-        unbounded: false,
-        bytes: 200,
-        constants: &[("FRAMES_PER_RELEASE", 9), ("RECEIVED", 200)],
-        without: &[],
-        hard: &["receive", "receive_mavlink", "control"],
-    },
-];
-
-/// The estimator aboard, which is off while the host sends states.
-const ESTIMATOR: &str = "OnboardNavigation::step";
-
-/// Least time between two bytes of the link: 10 bits at 2 Mbit/s (us).
-const BYTE: u64 = 5;
-/// The same for the ground station's port, at 921,600 bit/s.
-const MAVLINK_BYTE: u64 = 10;
-/// Cycles of entering and leaving an exception with lazy stacking of the floating-point registers, and of the
-/// first fetches behind both; without wait states 12 + 17 to enter and 12 + 17 to leave.
-const EXCEPTION: u64 = 60;
-
+/// A frame of samples has as many measurements as there are sources (`firmware/src/sensor.rs`).
+pub const CONSTANTS: &[(&str, u64)] =
+    &[("MAX_ROTORS", 4), ("SLABS", 6), ("WRENCH_SLABS", 4), ("MEASUREMENTS", 8)];
 /// Instructions from which on a function is listed.
 const DEAR: u64 = 1000;
-
-/// What the response times take for granted.
-const CONTRACT: [&str; 6] = [
-    "a ground station sends 20 bytes per millisecond, and none of its messages is being carried out (the line full: 93, and one is)",
-    "the host sends a state per tick (67 bytes), or a state and a reference (the line full)",
-    "it sends one other message per 20 ms, in flight",
-    "telemetry is not subscribed to faster than its own rate",
-    "entering and leaving an exception costs 60 cycles",
-    "on the ground, where settings are checked, groups below control may miss their deadlines",
-];
 
 /// A task as `main.rs` declares it.
 #[derive(Clone)]
@@ -203,13 +119,14 @@ impl Response {
 }
 
 /// An image under analysis for one purpose.
-struct View {
+pub struct View {
     limits: Limits,
     excluded: Vec<&'static str>,
 }
 
 impl View {
-    fn new(
+    /// With other constants than the sources', and without some functions.
+    pub fn new(
         path: &std::path::Path,
         constants: &[(&'static str, u64)],
         more: &[&'static str],
@@ -219,7 +136,8 @@ impl View {
         Ok(Self { limits: Limits::open(path, constants)?, excluded: excluded.collect() })
     }
 
-    fn analysis<'a>(&'a self, image: &'a Image, listing: &'a Listing) -> Analysis<'a> {
+    /// Its analysis.
+    pub fn analysis<'a>(&'a self, image: &'a Image, listing: &'a Listing) -> Analysis<'a> {
         Analysis::new(image, listing, &self.limits, &self.excluded)
     }
 }
@@ -269,10 +187,16 @@ pub fn bounds(path: &std::path::Path) -> Result<Vec<TaskBound>> {
             bounds[index].blocking.insert(model, [known, known.max(others)]);
         }
     }
+    let exceptions = tasks.iter().map(|task| {
+        let start = image.named(&task.handler)?.range.start;
+        Ok((task.name.clone(), Exception::of(&full, start)))
+    });
+    let exceptions = exceptions.collect::<Result<BTreeMap<_, _>>>()?;
     for (index, traffic) in TRAFFIC.iter().enumerate() {
         let input = StateInput::bound(path, &image, &listing, &mut busy, traffic)?;
         for model in [Model::CyclesHit, Model::CyclesMiss] {
-            respond(&mut bounds, &demands(&costs, &tasks, &input, traffic, model)?, index, model);
+            let demands = demands(&costs, &exceptions, &tasks, &input, traffic, model)?;
+            respond(&mut bounds, &demands, index, model);
         }
     }
     Ok(bounds)
@@ -341,81 +265,6 @@ fn name(model: Model) -> &'static str {
     }
 }
 
-/// Parts of state input's cost.
-struct StateInput {
-    /// A release that finds the samples of a tick.
-    samples: Cost,
-    /// A release that finds nothing.
-    nothing: Cost,
-    /// A message that is neither state nor reference, with its frame.
-    other: Vec<Cost>,
-}
-
-impl StateInput {
-    fn bound(
-        path: &std::path::Path,
-        image: &Image,
-        listing: &Listing,
-        busy: &mut Analysis,
-        traffic: &Traffic,
-    ) -> Result<Self> {
-        const HANDLE: &str = "firmware::session::HostSession::handle";
-        const FRAME: &str = "link::frame::Decoder<M>::take_frame";
-        // Kept by the release before, which was for the same tick.
-        const TRAJECTORY: &str = "ReferenceSource::on_trajectory";
-        const PILOT: &str = "Pilot::advance";
-        let start = |name: &str| image.named_like(name).map(|function| function.range.start);
-        let root = image.named("DCMI")?.range.start;
-        let other = [HANDLE, FRAME].map(|name| busy.cost(start(name)?));
-        let samples = View::new(path, traffic.constants, &[&[HANDLE], traffic.without].concat())?;
-        let without = [HANDLE, FRAME, TRAJECTORY, PILOT, ESTIMATOR, "app::next_frame"];
-        let nothing = View::new(path, NOTHING, &without)?;
-        Ok(Self {
-            samples: samples.analysis(image, listing).cost(root)?,
-            nothing: nothing.analysis(image, listing).cost(root)?,
-            other: other.into_iter().collect::<Result<_>>()?,
-        })
-    }
-}
-
-/// Demands of all tasks with a known rate.
-fn demands(
-    costs: &BTreeMap<String, (u64, Cost, Cost)>,
-    tasks: &[Task],
-    input: &StateInput,
-    traffic: &Traffic,
-    model: Model,
-) -> Result<Vec<Demand>> {
-    let mut demands = Vec::new();
-    for task in bounded(tasks) {
-        let mut add = |part: &str, cost: u64, jobs: u64, period: u64| {
-            let (name, task, priority) =
-                (format!("{}{part}", task.name), task.name.clone(), task.priority);
-            let byte = if task == "receive_mavlink" { MAVLINK_BYTE } else { BYTE };
-            let spacing = if jobs > 1 { us(byte) } else { period };
-            demands.push(Demand { name, task, priority, cost, jobs, period, spacing });
-        };
-        let busy = costs[&task.name].2.total(model) + EXCEPTION;
-        match (group(&task.name), &*task.name) {
-            (_, "receive") => add("", busy, traffic.bytes, us(tick())),
-            (_, "receive_mavlink") => add("", busy, traffic.station, us(tick())),
-            (Some(config), "state_input") => {
-                // One release at the tick, and one at the end of each frame.
-                let nothing = input.nothing.total(model) + EXCEPTION;
-                let samples = input.samples.total(model) + EXCEPTION;
-                let period = us(u64::from(config.period) * tick());
-                add(", samples", samples + traffic.frames * nothing, 1, period);
-                let other: u64 = input.other.iter().map(|cost| cost.total(model)).sum();
-                let telemetry = rates::CONFIG.groups[Group::Telemetry as usize];
-                add(", others", other + nothing, 1, us(u64::from(telemetry.period) * tick()));
-            }
-            (Some(config), _) => add("", busy, 1, us(u64::from(config.period) * tick())),
-            (None, name) => bail!("nothing says how often `{name}` is released: add it here"),
-        }
-    }
-    Ok(demands)
-}
-
 /// Deadline of a task (cycles).
 fn deadline(name: &str) -> Option<u64> {
     match name {
@@ -425,7 +274,8 @@ fn deadline(name: &str) -> Option<u64> {
     }
 }
 
-fn group(name: &str) -> Option<GroupConfig> {
+/// The group of the rate loop that a task is.
+pub fn group(name: &str) -> Option<GroupConfig> {
     let group = match name {
         "control" => Group::Control,
         "state_input" => Group::StateInput,
@@ -437,11 +287,12 @@ fn group(name: &str) -> Option<GroupConfig> {
 }
 
 /// One control period (us).
-fn tick() -> u64 {
+pub fn tick() -> u64 {
     rates::TICK.into()
 }
 
-fn us(time: u64) -> u64 {
+/// Cycles of a time (us).
+pub fn us(time: u64) -> u64 {
     (time as f64 * CLOCK / 1e6) as u64
 }
 

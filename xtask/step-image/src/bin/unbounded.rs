@@ -20,6 +20,18 @@ fn mutant_loop(iterations: u32) -> u32 {
     sum
 }
 
+/// A loop that is limited over calls of a function which does not call this one.
+#[unsafe(no_mangle)]
+#[inline(never)]
+fn mutant_scope(iterations: u32) -> u32 {
+    let mut sum = 0;
+    // wcet: at most 3 iterations in all of mutant_loop
+    for index in 0..iterations {
+        sum ^= black_box(index);
+    }
+    sum
+}
+
 /// Calls itself.
 #[unsafe(no_mangle)]
 #[inline(never)]
@@ -48,6 +60,7 @@ fn mutant_branch(argument: u32) -> u32 {
 #[entry]
 fn main() -> ! {
     black_box(mutant_loop(black_box(1)));
+    black_box(mutant_scope(black_box(1)));
     black_box(mutant_recursion(black_box(1)));
     black_box(mutant_pointer(black_box(mutant_loop), 1));
     black_box(mutant_branch(black_box(1)));
