@@ -286,7 +286,7 @@ fn the_limits_of_the_rotors_follow_the_battery() {
 fn a_quadrotor_refuses_to_fly_without_a_rotor_and_flies_on_as_it_was() {
     let (mut flight, mut other) = (flying(), flying());
     assert_eq!(flight.lose_rotor(1).unwrap_err().parameter, "rotors (count)");
-    let watch = ctrl_core::allocation::RotorWatchConfig {
+    let watch = RotorWatchConfig {
         inertia: Vec3::splat(0.05),
         disturbance_torque: 0.05,
         rotor_lag: 0.03,
