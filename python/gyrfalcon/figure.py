@@ -61,10 +61,10 @@ def draw(
     **line: Any,
 ) -> None:
     """Draws a quantity over time, up to `until` (s), into `panel`; the components of a vector as lines."""
-    quantity = QUANTITIES[name]
     end = None if until is None else int(np.searchsorted(flight["time"], until))
     times = flight["time"][:end]
     values = flight[name][:end].reshape(len(times), -1)
+    quantity = QUANTITIES[name]
     for i, suffix in enumerate(quantity.suffixes):
         time, drawn = thinned(times, values[:, i])
         style: dict[str, Any] = {"color": COLOURS[i % len(COLOURS)], "linewidth": 1.0} | line

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -53,13 +54,19 @@ class Flight(Mapping[str, Column]):
         try:
             return self._columns[name]
         except KeyError:
-            raise KeyError(f"no quantity {name!r}: " + ", ".join(self._columns)) from None
+            raise KeyError(self._unknown(name)) from None
 
     def __getattr__(self, name: str) -> Column:
         try:
             return self.__dict__["_columns"][name]  # type: ignore[no-any-return]
         except KeyError:
-            raise AttributeError(f"a flight has no quantity {name!r}") from None
+            raise AttributeError(self._unknown(name)) from None
+
+    def _unknown(self, name: str) -> str:
+        columns = list(self.__dict__.get("_columns", ()))
+        near = get_close_matches(name, columns, n=1)
+        choice = f"did you mean {near[0]!r}?" if near else "it has " + ", ".join(columns)
+        return f"a flight has no quantity {name!r}: {choice}"
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)

@@ -210,7 +210,7 @@ impl Session<'_, '_> {
                     failure.check()?;
                 }
             } else {
-                py.detach(|| flight.observe(end - flight.tick(), &mut observers));
+                py.detach(|| flight.observe_in_blocks(end - flight.tick(), &mut observers));
             }
             py.check_signals()?;
             if let Some(progress) = progress

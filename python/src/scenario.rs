@@ -2,7 +2,7 @@
 
 use ctrl_core::trajectory::{AnyTrajectory, Trajectory};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyOSError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyMapping, PyString};
 use sim::scenario::{BUILT_IN, BuiltIn, LoadedScenario};
@@ -65,7 +65,10 @@ impl Scenario {
     /// Raises ScenarioError with file, line, key and bound if it cannot be read or flown.
     #[staticmethod]
     fn load(py: Python<'_>, path: std::path::PathBuf) -> PyResult<Self> {
-        let text = std::fs::read_to_string(&path)?;
+        let text = std::fs::read_to_string(&path).map_err(|error| {
+            // With its number, the name and the class of the error are Python's own.
+            PyOSError::new_err((error.raw_os_error(), error.kind().to_string(), path.clone()))
+        })?;
         Self::read(py, &path.display().to_string(), &text, Vec::new())
     }
 

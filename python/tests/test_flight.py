@@ -69,6 +69,14 @@ def test_figures_show_what_was_flown(flight: Flight) -> None:
         flight.plot("speed")
 
 
+def test_a_misspelt_quantity_gets_the_nearest_one(flight: Flight) -> None:
+    for look in (lambda: flight["positon_error"], lambda: flight.plot("positon_error")):
+        with pytest.raises(KeyError, match="did you mean 'position_error'"):
+            look()
+    with pytest.raises(AttributeError, match="did you mean 'thrust'"):
+        _ = flight.thrst
+
+
 def test_a_long_flight_is_drawn_by_its_outline_and_its_start_in_full() -> None:
     import matplotlib.pyplot as plt
     from gyrfalcon.figure import ROWS_MAX, draw

@@ -93,6 +93,11 @@ def test_a_misspelt_name_gets_the_nearest_one() -> None:
         Scenario.load("missing.toml")
 
 
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="missing.toml"):
+        Scenario.load(tmp_path / "missing.toml")
+
+
 def test_what_has_no_toml_is_refused() -> None:
     with pytest.raises(TypeError, match="no TOML"):
         Scenario.builtin("lemniscate").set({"seed": object()})

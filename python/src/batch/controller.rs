@@ -1,6 +1,9 @@
 //! Many controllers at once.
 
 use ctrl_core::controller::{AnyController, AnyControllerState, TrackingController};
+use ctrl_core::reference::Reference;
+use ctrl_core::vehicle::VehicleState;
+use glam::Vec3;
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use rayon::ThreadPool;
@@ -64,20 +67,22 @@ impl BatchController {
         let wrenches = wrenches.as_slice_mut()?;
         let Self { law, memories, status, pool } = self;
         let lanes = memories
-            .par_iter_mut()
-            .zip(status.par_iter_mut())
-            .zip(states.par_chunks_exact(STATE))
-            .zip(references.par_chunks_exact(width))
-            .zip(wrenches.par_chunks_exact_mut(WRENCH))
-            .with_min_len(GRAIN);
+            .par_chunks_mut(GRAIN)
+            .zip(status.par_chunks_mut(GRAIN))
+            .zip(states.par_chunks(GRAIN * STATE))
+            .zip(references.par_chunks(GRAIN * width))
+            .zip(wrenches.par_chunks_mut(GRAIN * WRENCH));
         on_threads(py, pool.as_ref(), || {
-            lanes.for_each(|((((memory, status), state), reference), wrench)| {
-                let (state, reference) =
-                    (arrays::state_from(state), arrays::reference_from(reference));
-                let output = law.step(memory, &state, &reference);
-                *status = output.status.bits();
-                wrench[0] = output.wrench.thrust;
-                wrench[1..].copy_from_slice(&output.wrench.torque_body.to_array());
+            lanes.for_each(|((((memories, status), states), references), wrenches)| {
+                let inputs = inputs(states, references, width);
+                let lanes = memories.iter_mut().zip(status).zip(&inputs);
+                for (lane, wrench) in lanes.zip(wrenches.chunks_exact_mut(WRENCH)) {
+                    let ((memory, status), (state, reference)) = lane;
+                    let output = law.step(memory, state, reference);
+                    *status = output.status.bits();
+                    wrench[0] = output.wrench.thrust;
+                    wrench[1..].copy_from_slice(&output.wrench.torque_body.to_array());
+                }
             });
         });
         Ok(result)
@@ -99,4 +104,16 @@ impl BatchController {
         }
         Ok(())
     }
+}
+
+/// The states and references of up to [`GRAIN`] controllers, ahead of their steps: a step that reads what was written
+/// just before it waits for it.
+fn inputs(states: &[f32], references: &[f32], width: usize) -> [(VehicleState, Reference); GRAIN] {
+    let at_rest = (VehicleState::at_rest(Vec3::ZERO), Reference::hover(Vec3::ZERO));
+    let mut inputs = [at_rest; GRAIN];
+    let rows = states.chunks_exact(STATE).zip(references.chunks_exact(width));
+    for (input, (state, reference)) in inputs.iter_mut().zip(rows) {
+        *input = (arrays::state_from(state), arrays::reference_from(reference));
+    }
+    inputs
 }
