@@ -125,22 +125,24 @@ pub(crate) fn force_command(
     r: &Mat3,
     reference: &Reference,
 ) -> ForceCommand {
+    // First pass.
+    let shaped = Shaped::new(law, delta_squared, vehicle, reference);
     if law.integral.force.is_some() {
         cold_path(); // the registers of a step without it are its own
-        command::<true>(law, beta, delta_squared, d_hat, vehicle, r, reference)
+        command::<true>(law, &shaped, beta, d_hat, vehicle, r, reference)
     } else {
-        command::<false>(law, beta, delta_squared, d_hat, vehicle, r, reference)
+        command::<false>(law, &shaped, beta, d_hat, vehicle, r, reference)
     }
 }
 
-/// Step 1, once for each value of `INTEGRAL`.
+/// Step 1 behind its first pass, once for each value of `INTEGRAL`.
 ///
 /// `INTEGRAL` is whether the integral action of the force is on: without it, nothing of it is in the code.
 #[inline(always)]
 fn command<const INTEGRAL: bool>(
     law: &Cascade,
+    shaped: &Shaped,
     beta: f32,
-    delta_squared: f32,
     d_hat: Vec3,
     vehicle: &VehicleState,
     r: &Mat3,
@@ -150,8 +152,6 @@ fn command<const INTEGRAL: bool>(
     let specific_force = reference.specific_force();
     let integral = if INTEGRAL { law.integral.force.as_ref() } else { None };
 
-    // First pass: u.
-    let shaped = Shaped::new(law, delta_squared, vehicle, reference);
     let mut u = shaped.command(specific_force.value); // (13)
     if INTEGRAL {
         u -= d_hat;

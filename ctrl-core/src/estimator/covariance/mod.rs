@@ -38,10 +38,10 @@ pub const ACCELEROMETER_BIAS: usize = 13;
 
 /// Smallest `D`, far below any variance in use and far above the smallest normal number.
 const FLOOR: f32 = 1e-24;
-/// Columns, and elements above their diagonals, that three predictions pass at most when they add noise; bounds of
-/// loops, which a test derives.
+/// Columns that three predictions pass at most when they add noise; a loop's bound, which a test derives.
 #[cfg(test)]
 pub const NOISE_COLUMNS: usize = 114;
+/// Elements above the diagonals of these columns.
 #[cfg(test)]
 pub const NOISE_ELEMENTS: usize = 544;
 /// Variance beyond which the covariance has lost its meaning.
