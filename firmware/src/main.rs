@@ -76,16 +76,31 @@ mod app {
     /// Most answers per release of `telemetry`.
     const ANSWERS_PER_RELEASE: usize = 2;
 
-    #[shared]
-    struct Shared {
+    /// What control shares with the tasks below it. One lock for all of it: each costs two writes of BASEPRI.
+    pub struct Exchange {
         ticks: TickSource,
         inbox: &'static mut Inbox,
         outbox: Outbox,
+    }
+
+    /// What state input shares with the tasks below it.
+    pub struct Host {
         session: &'static mut HostSession<'static>,
         pilot: &'static mut Pilot,
         link: LinkStatistics,
+    }
+
+    /// What telemetry shares with housekeeping.
+    pub struct Line {
         health: Option<Health>,
         transmitter: Transmitter,
+    }
+
+    #[shared]
+    struct Shared {
+        exchange: Exchange,
+        host: Host,
+        line: Line,
     }
 
     #[local]
@@ -161,14 +176,13 @@ mod app {
         start_control_tick(&mut cx.core.SYST, scenario::CONTROL_RATE);
         (
             Shared {
-                ticks: rates::tick_source(Active::lock_step_timeout()),
-                inbox,
-                outbox: Outbox::default(),
-                session,
-                pilot,
-                link: LinkStatistics::default(),
-                health: None,
-                transmitter: Transmitter::new(peripherals.transmitter),
+                exchange: Exchange {
+                    ticks: rates::tick_source(Active::lock_step_timeout()),
+                    inbox,
+                    outbox: Outbox::default(),
+                },
+                host: Host { session, pilot, link: LinkStatistics::default() },
+                line: Line { health: None, transmitter: Transmitter::new(peripherals.transmitter) },
             },
             Local {
                 flight,
@@ -255,36 +269,34 @@ mod app {
     }
 
     /// Supervision, law, rotors; then releases the groups that are due.
-    #[task(binds = SysTick, priority = 5, shared = [ticks, inbox, outbox],
-           local = [flight, rotors])]
+    #[task(binds = SysTick, priority = 5, shared = [exchange], local = [flight, rotors])]
     fn control(cx: control::Context) {
-        let control::SharedResources { mut ticks, mut inbox, mut outbox, .. } = cx.shared;
-        let (flight, rotors) = (cx.local.flight, cx.local.rotors);
-        let tick = match ticks.lock(|ticks| ticks.begin(now())) {
-            Begin::Wait => return,
-            Begin::FeedWatchdog => return pend_housekeeping(),
-            Begin::Tick(tick) => tick,
-        };
-        if tick.lock_step_ended {
-            flight.disarm();
-            inbox.lock(|inbox| inbox.disarm());
-        }
-        UPTIME.store(tick.uptime, Relaxed);
-        let start = Active::cost();
-        let outputs_off = tick.origin == TickOrigin::LockStep;
-        let inputs = inbox.lock(|inbox| {
+        let (mut exchange, control::LocalResources { flight, rotors, .. }) =
+            (cx.shared.exchange, cx.local);
+        // Whoever waits for this lock is below control.
+        exchange.lock(|Exchange { ticks, inbox, outbox }| {
+            let tick = match ticks.begin(now()) {
+                Begin::Wait => return,
+                Begin::FeedWatchdog => return pend_housekeeping(),
+                Begin::Tick(tick) => tick,
+            };
+            if tick.lock_step_ended {
+                flight.disarm();
+                inbox.disarm();
+            }
+            UPTIME.store(tick.uptime, Relaxed);
+            let start = Active::cost();
+            let outputs_off = tick.origin == TickOrigin::LockStep;
             if let Some(law) = inbox.take_law() {
                 flight.replace_law(law);
             }
-            inbox.take(tick.overrun, outputs_off)
-        });
-        let outputs = flight.tick(&inputs);
-        match outputs.thrusts.as_ref().and_then(|thrusts| thrusts.first_chunk()) {
-            Some(thrusts) if !outputs_off => rotors.command(thrusts),
-            _ => rotors.stop(),
-        }
-        let cost = Active::cost().wrapping_sub(start);
-        outbox.lock(|outbox| {
+            let inputs = inbox.take(tick.overrun, outputs_off);
+            let outputs = flight.tick(&inputs);
+            match outputs.thrusts.as_ref().and_then(|thrusts| thrusts.first_chunk()) {
+                Some(thrusts) if !outputs_off => rotors.command(thrusts),
+                _ => rotors.stop(),
+            }
+            let cost = Active::cost().wrapping_sub(start);
             let (mode, flight_tick) = (outputs.mode, outputs.flight_tick);
             outbox.status = ControlStatus { mode, flight_tick, uptime: tick.uptime };
             outbox.answer = outputs.answer.or(outbox.answer);
@@ -295,13 +307,13 @@ mod app {
                 (outbox.view.ready, outbox.view.thrust) = (ready, thrust);
             }
             outbox.view.cause = outputs.cause;
+            Active::exercise(tick.uptime);
+            release(tick.due);
+            if outputs_off {
+                pend_housekeeping();
+            }
+            ticks.finish(Group::Control, now());
         });
-        Active::exercise(tick.uptime);
-        release(tick.due);
-        if outputs_off {
-            pend_housekeeping();
-        }
-        ticks.lock(|ticks| ticks.finish(Group::Control, now()));
     }
 
     /// Pends the lower groups that are due.
@@ -330,20 +342,21 @@ mod app {
     }
 
     /// Decodes frames, handles their messages, estimates the state from sensors, and prepares the inputs of the next tick.
-    #[task(binds = DCMI, priority = 4, shared = [ticks, inbox, outbox, session, pilot, link],
+    #[task(binds = DCMI, priority = 4, shared = [exchange, host],
            local = [received_out, decoder, navigation, prepared: Option<u32> = None])]
     fn state_input(cx: state_input::Context) {
-        let state_input::SharedResources { mut ticks, mut inbox, mut outbox, .. } = cx.shared;
-        let (session, pilot, mut link) = (cx.shared.session, cx.shared.pilot, cx.shared.link);
+        let (mut exchange, mut host) = (cx.shared.exchange, cx.shared.host);
         let state_input::LocalResources { received_out, decoder, navigation, prepared, .. } =
             cx.local;
-        let (status, answer, safety) =
-            outbox.lock(|outbox| (outbox.status, outbox.answer.take(), outbox.take_safety()));
-        let (origin, lock_step_ended) =
-            ticks.lock(|ticks| (ticks.origin(), ticks.take_lock_step_ended()));
+        let (status, answer, safety, origin, lock_step_ended) =
+            exchange.lock(|Exchange { ticks, outbox, .. }| {
+                let lock_step_ended = ticks.take_lock_step_ended();
+                let (answer, safety) = (outbox.answer.take(), outbox.take_safety());
+                (outbox.status, answer, safety, ticks.origin(), lock_step_ended)
+            });
         // Once a tick, and again for what changes the inputs.
         let mut renews = answer.is_some() || lock_step_ended || *prepared != Some(status.uptime);
-        let (request, answers) = (session, pilot).lock(|session, pilot| {
+        let (request, answers) = host.lock(|Host { session, pilot, link }| {
             if let Some(answer) = answer {
                 pilot.answered(answer);
                 session.answered(answer);
@@ -368,19 +381,18 @@ mod app {
                     break;
                 }
             }
+            *link = decoder.statistics();
             if !renews {
                 return (None, session.has_answers());
             }
             *prepared = Some(status.uptime);
-            prepare(session, pilot, navigation, &mut inbox, status, &safety);
-            ticks.lock(|ticks| ticks.time_telemetry(session.telemetry_period()));
+            prepare(session, pilot, navigation, &mut exchange, status, &safety);
             (session.take_lock_step_request(), session.has_answers())
         });
-        link.lock(|link| *link = decoder.statistics());
         if status.uptime.is_multiple_of(RELEASE_EVERY) {
             rtic::pend(Interrupt::FSMC);
         }
-        let pend = ticks.lock(|ticks| {
+        let pend = exchange.lock(|Exchange { ticks, .. }| {
             ticks.finish(Group::StateInput, now());
             request.map(|request| ticks.apply(request))
         });
@@ -406,7 +418,7 @@ mod app {
         session: &mut HostSession<'static>,
         pilot: &mut Pilot,
         navigation: &mut OnboardNavigation,
-        inbox: &mut impl Mutex<T = &'static mut Inbox>,
+        exchange: &mut impl Mutex<T = Exchange>,
         status: ControlStatus,
         safety: &SafetyReport,
     ) {
@@ -414,16 +426,18 @@ mod app {
         if let Some(law) = session.take_law() {
             // Without a bound that suits it, stations do not fly the vehicle: it says so itself.
             let _ = pilot.follow(law);
-            inbox.lock(|inbox| inbox.put_law(law));
+            exchange.lock(|Exchange { inbox, .. }| inbox.put_law(law));
         }
         let mut prepared = pilot.prepare(session, status, safety);
         navigation.shift(&mut prepared.reference);
         session.guide(pilot.navigator().mode(), &prepared.reference);
         let health = pilot.health(session, status);
         let storing = session.is_storing();
-        inbox.lock(|inbox| {
+        let period = session.telemetry_period();
+        exchange.lock(|Exchange { ticks, inbox, .. }| {
             inbox.put_health(false, health);
             inbox.put(prepared, || pilot.next_command(storing).or_else(|| session.next_command()));
+            ticks.time_telemetry(period);
         });
     }
 
@@ -445,29 +459,30 @@ mod app {
     }
 
     /// Sends telemetry, answers and the health report.
-    #[task(binds = CRYP, priority = 3, shared = [ticks, outbox, session, health, transmitter])]
+    #[task(binds = CRYP, priority = 3, shared = [exchange, host, line])]
     fn telemetry(cx: telemetry::Context) {
-        let telemetry::SharedResources { mut ticks, mut outbox, mut session, .. } = cx.shared;
-        let (mut health, mut transmitter) = (cx.shared.health, cx.shared.transmitter);
-        let telemetry = outbox.lock(|outbox| outbox.telemetry.take());
-        let (subscribed, greeted) =
-            session.lock(|session| (session.telemetry_period() != 0, session.greeted()));
-        let wire = transmitter.lock(|transmitter| {
+        let (mut exchange, mut host) = (cx.shared.exchange, cx.shared.host);
+        let mut line = cx.shared.line;
+        let telemetry = exchange.lock(|Exchange { outbox, .. }| outbox.telemetry.take());
+        let wire = line.lock(|Line { transmitter, health }| {
+            let (subscribed, greeted) = host
+                .lock(|Host { session, .. }| (session.telemetry_period() != 0, session.greeted()));
             let mut wire = 0;
             if let (Some(telemetry), true) = (telemetry, subscribed) {
                 wire += transmitter.send(&Downlink::Telemetry(telemetry));
             }
             // wcet: at most ANSWERS_PER_RELEASE iterations
             for _ in 0..ANSWERS_PER_RELEASE {
-                let Some(answer) = session.lock(|session| session.next_answer()) else { break };
+                let answer = host.lock(|Host { session, .. }| session.next_answer());
+                let Some(answer) = answer else { break };
                 wire += transmitter.send(&answer);
             }
-            if let (Some(health), true) = (health.lock(Option::take), greeted) {
+            if let (Some(health), true) = (health.take(), greeted) {
                 wire += transmitter.send(&Downlink::Health(health));
             }
             wire
         });
-        let origin = ticks.lock(|ticks| {
+        let origin = exchange.lock(|Exchange { ticks, .. }| {
             ticks.finish_telemetry(now(), wire);
             ticks.origin()
         });
@@ -478,31 +493,35 @@ mod app {
 
     /// Log, health report, stored parameters, watchdog; in lock step, announces to the host that all
     /// work of its request is done.
-    #[task(binds = HASH_RNG, priority = 2,
-           shared = [ticks, outbox, session, link, health, transmitter],
+    #[task(binds = HASH_RNG, priority = 2, shared = [exchange, host, line],
            local = [watchdog, store, events])]
     fn housekeeping(cx: housekeeping::Context) {
-        let housekeeping::SharedResources { mut ticks, mut outbox, mut session, .. } = cx.shared;
-        let (mut link, mut health) = (cx.shared.link, cx.shared.health);
-        let mut transmitter = cx.shared.transmitter;
-        let feed = if ticks.lock(|ticks| ticks.is_due(Group::Housekeeping)) {
-            let link = link.lock(|link| *link);
-            let status = outbox.lock(|outbox| outbox.status);
-            let (dropped, late) = session.lock(|session| (session.dropped(), session.late()));
-            let report = ticks.lock(|ticks| ticks.health(link, dropped));
+        let (mut exchange, mut host) = (cx.shared.exchange, cx.shared.host);
+        let mut line = cx.shared.line;
+        let (due, status, origin, mut announcement) =
+            exchange.lock(|Exchange { ticks, outbox, .. }| {
+                let due = ticks.is_due(Group::Housekeeping);
+                let announcement = if due { None } else { ticks.take_announcement() };
+                (due, outbox.status, ticks.origin(), announcement)
+            });
+        // Pended without a release while lock step waits for its host.
+        let mut feed = !due && origin == TickOrigin::LockStep;
+        if due {
+            let (link, dropped, late) =
+                host.lock(|Host { session, link, .. }| (*link, session.dropped(), session.late()));
+            let report = exchange.lock(|Exchange { ticks, .. }| ticks.health(link, dropped));
             cx.local.events.log(status, &report, late);
-            health.lock(|health| *health = Some(report));
-            store_next(&mut session, cx.local.store);
-            ticks.lock(|ticks| ticks.finish_housekeeping(now()))
-        } else {
-            // Pended without a release while lock step waits for its host.
-            ticks.lock(|ticks| ticks.origin()) == TickOrigin::LockStep
-        };
+            line.lock(|Line { health, .. }| *health = Some(report));
+            store_next(&mut host, cx.local.store);
+            (feed, announcement) = exchange.lock(|Exchange { ticks, .. }| {
+                (ticks.finish_housekeeping(now()), ticks.take_announcement())
+            });
+        }
         if feed {
             cx.local.watchdog.feed();
         }
-        if let Some(uptime_ticks) = ticks.lock(|ticks| ticks.take_announcement()) {
-            transmitter.lock(|transmitter| announce(transmitter, uptime_ticks));
+        if let Some(uptime_ticks) = announcement {
+            line.lock(|Line { transmitter, .. }| announce(transmitter, uptime_ticks));
             Active::exchange();
         }
     }
@@ -510,12 +529,12 @@ mod app {
     /// Stores what the session has to keep.
     #[inline(never)]
     fn store_next(
-        session: &mut impl Mutex<T = &'static mut HostSession<'static>>,
+        host: &mut impl Mutex<T = Host>,
         store: &mut ParameterStore<<Active as Board>::Storage>,
     ) {
-        if let Some(change) = session.lock(|session| session.next_to_store()) {
+        if let Some(change) = host.lock(|Host { session, .. }| session.next_to_store()) {
             let result = change.store(store);
-            session.lock(|session| session.stored(result));
+            host.lock(|Host { session, .. }| session.stored(result));
         }
     }
 
@@ -526,16 +545,15 @@ mod app {
     }
 
     /// Speaks MAVLink with a ground station: messages that have come, then what is due to be sent.
-    #[task(binds = FSMC, priority = 1, shared = [outbox, session, pilot],
+    #[task(binds = FSMC, priority = 1, shared = [exchange, host],
            local = [station, mavlink_out, mavlink_transmitter])]
     fn mavlink(cx: mavlink::Context) {
-        let (mut session, mut pilot) = (cx.shared.session, cx.shared.pilot);
-        let mut outbox = cx.shared.outbox;
+        let (mut exchange, mut host) = (cx.shared.exchange, cx.shared.host);
         let mavlink::LocalResources { station, mavlink_out, mavlink_transmitter, .. } = cx.local;
-        let (status, view) = outbox.lock(|outbox| (outbox.status, outbox.view));
-        let change = session.lock(|session| session.take_signing());
+        let (status, view) = exchange.lock(|Exchange { outbox, .. }| (outbox.status, outbox.view));
+        let change = host.lock(|Host { session, .. }| session.take_signing());
         if let Some(later) = station.keep_time(change, status) {
-            session.lock(|session| session.keep_signing_time(later, status));
+            host.lock(|Host { session, .. }| session.keep_signing_time(later, status));
         }
         // wcet: at most 384 iterations
         for taken in 0..BYTES_PER_RELEASE {
@@ -547,7 +565,7 @@ mod app {
             if let Some(packet) = packet
                 && station.check(&packet, status)
             {
-                (&mut session, &mut pilot).lock(|session, pilot| {
+                host.lock(|Host { session, pilot, .. }| {
                     station.handle(&packet, Behind { session, pilot, status, view });
                 });
             }
@@ -557,8 +575,9 @@ mod app {
         }
         // wcet: at most 4 iterations
         for _ in 0..SENT_PER_RELEASE {
-            let frame = (&mut session, &mut pilot)
-                .lock(|session, pilot| station.next_frame(Behind { session, pilot, status, view }));
+            let frame = host.lock(|Host { session, pilot, .. }| {
+                station.next_frame(Behind { session, pilot, status, view })
+            });
             let Some(mut frame) = frame else { break };
             station.sign(&mut frame);
             mavlink_transmitter.send(frame.as_bytes());

@@ -174,7 +174,7 @@ fn firmware_rows() -> Result<Vec<Row>> {
         ("firmware-board", "flash", image.flash),
         ("firmware-board", "static_ram", image.static_ram),
         ("firmware-board", "stack", stack),
-        ("firmware-core", "flash", image.flash - mavlink.with_pilot_and_estimator),
+        ("firmware-core", "flash", mavlink.core),
         ("firmware-core", "stack", without),
         ("firmware-mavlink", "flash", mavlink.flash),
         ("firmware-mavlink", "ram", mavlink.ram),

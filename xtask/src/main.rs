@@ -12,6 +12,7 @@ mod elf;
 mod estimator;
 mod filter;
 mod firmware;
+mod flash_share;
 mod frames;
 mod fuzz;
 mod image_stack;

@@ -1,14 +1,14 @@
 //! What the ground station's task takes of the image: code that nothing else reaches, statics, and stack.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use object::{File, Object, ObjectSymbol};
 
 use crate::call_graph::CallGraph;
-use crate::disassembly::{Listing, disassemble};
+use crate::disassembly::disassemble;
 use crate::elf::Image;
+use crate::flash_share::{Constants, Share};
 use crate::image_stack::vectors;
 use crate::preemption::EXCEPTION_FRAME;
 
@@ -18,16 +18,24 @@ pub const OWN: [&str; 2] = ["FSMC", "USART3"];
 const STATICS: [&str; 5] =
     ["mavlink_queue", "pilot_memory", "station_memory", "protocol_memory", "mavlink_"];
 
-/// What the pilot and the estimator are called, by parts of the names of their functions.
-const WITH_IT: [&str; 4] =
-    ["pilot::Pilot", "OnboardNavigation::", "estimator::", "navigation::Navigator"];
+/// What the pilot, the estimator and the signatures are called, by parts of the names of their functions.
+const WITH_IT: [&str; 7] = [
+    "pilot::Pilot",
+    "OnboardNavigation::",
+    "estimator::",
+    "navigation::Navigator",
+    "mavlink_vehicle",
+    "GroundStation::",
+    "StartedSigning::",
+];
 
 /// What the task takes (B).
 pub struct Cost {
-    /// Code that no other task reaches.
+    /// Code and constants that no other task reaches.
     pub flash: u64,
-    /// Code that neither the tasks without it reach nor `init`, if nobody calls the pilot or the estimator.
-    pub with_pilot_and_estimator: u64,
+    /// The image without it, the pilot and the estimator: code and constants that the other tasks and `init` reach if nobody calls
+    /// these, with the vector table and the initial values of statics.
+    pub core: u64,
     /// Statics.
     pub ram: u64,
     /// Worst-case stack of the task, with what the processor pushes.
@@ -40,36 +48,30 @@ impl Cost {
         let (image, listing) = (Image::read(path)?, disassemble(path)?);
         let own = OWN.map(|name| image.named(name).map(|function| function.range.start));
         let own: Vec<_> = own.into_iter().collect::<Result<_>>()?;
-        let (mut others, mut core, mut all) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+        let (mut others, mut core, mut all) =
+            (Share::default(), Share::default(), Share::default());
         for address in vectors(path)? {
-            all.extend(reached(&image, &listing, address, &[])?);
+            let graph = CallGraph::walk_from(&image, &listing, address)?;
+            all.add(&graph, &image);
             if !own.contains(&address) {
-                others.extend(reached(&image, &listing, address, &[])?);
-                core.extend(reached(&image, &listing, address, &WITH_IT)?);
+                others.add(&graph, &image);
+                let without = CallGraph::walk_without(&image, &listing, address, &WITH_IT)?;
+                core.add(&without, &image);
             }
         }
-        let bytes = |kept: &BTreeSet<(u64, u64)>| -> u64 {
-            all.difference(kept).map(|(start, end)| end - start).sum()
-        };
+        let constants = Constants::read(path)?;
+        let bytes = |share: &Share| share.bytes(&constants);
+        // What else is in the flash belongs to all of it.
+        let rest = image.flash.checked_sub(bytes(&all)).context("more is reached than there is")?;
+        ensure!(rest * 20 < image.flash, "{rest} B of the flash are reached by nothing");
         let graph = CallGraph::walk_from(&image, &listing, own[0])?;
         Ok(Self {
-            flash: bytes(&others),
-            with_pilot_and_estimator: bytes(&core),
+            flash: bytes(&all) - bytes(&others),
+            core: bytes(&core) + rest,
             ram: statics(path)?,
             stack: graph.stack(&image)?.bytes + EXCEPTION_FRAME,
         })
     }
-}
-
-/// Addresses of the functions that a handler reaches, but for those whose names contain one of `apart`.
-fn reached(
-    image: &Image,
-    listing: &Listing,
-    address: u64,
-    apart: &[&str],
-) -> Result<Vec<(u64, u64)>> {
-    let graph = CallGraph::walk_without(image, listing, address, apart)?;
-    Ok(graph.nodes().map(|node| (node.function.range.start, node.function.range.end)).collect())
 }
 
 /// Bytes of the task's statics.
