@@ -16,17 +16,19 @@
 //! 3. the thrust is moved by as little as makes room for both;
 //! 4. yaw torque is what is nearest to its command then.
 //!
-//! A rotor that fails in flight is [lost](Allocator::lose), one that has failed before [left out](Allocator::without), a supply voltage other than the nominal one
+//! A rotor that fails in flight is found by [`RotorWatch`] and [lost](Allocator::lose), one that has failed before [left out](Allocator::without), a supply voltage other than the nominal one
 //! [scales the limits](Allocator::allocate_at), and [`ThrustCurve`] turns a thrust into a throttle.
 
 mod attainable;
 mod distribution;
 mod geometry;
 mod throttle;
+mod watch;
 
 pub use attainable::slabs;
 pub use geometry::{Rotor, RotorGeometry, Spin};
 pub use throttle::{BatteryCompensation, BatteryConfig, ThrustCurve, throttle};
+pub use watch::{RotorWatch, RotorWatchConfig, RotorWatchState};
 
 use glam::{DMat4, DVec4, Mat4, Vec3, Vec4};
 #[cfg(feature = "serde")]
@@ -70,6 +72,8 @@ bitflags::bitflags! {
         const YAW = 1 << 2;
         /// The wrench was not finite; every rotor is at its lower limit.
         const INVALID = 1 << 3;
+        /// A rotor has failed: the flight control says so, an allocation does not.
+        const ROTOR_FAILED = 1 << 4;
     }
 }
 
@@ -115,15 +119,24 @@ pub type Allocator = SizedAllocator<{ slabs(MAX_ROTORS) }>;
 /// An allocator for a vehicle of four rotors.
 pub type QuadAllocator = SizedAllocator<{ slabs(4) }>;
 
-impl QuadAllocator {
-    /// As [`allocate_at`](Self::allocate_at), compiled with this crate: an image whose other crates are built for
-    /// size keeps the fast code.
-    #[inline(never)]
+/// An allocation that is compiled with this crate: an image whose other crates are built for size keeps the fast code.
+pub trait Prepared {
+    /// As [`SizedAllocator::allocate_at`].
     #[must_use]
-    pub fn allocate_quad(&self, wrench: &Wrench, supply: f32) -> Allocation {
-        self.allocate_at(wrench, supply)
-    }
+    fn allocate_prepared(&self, wrench: &Wrench, supply: f32) -> Allocation;
 }
+
+macro_rules! prepared {
+    ($($rotors:literal)*) => {$(
+        impl Prepared for SizedAllocator<{ slabs($rotors) }> {
+            #[inline(never)]
+            fn allocate_prepared(&self, wrench: &Wrench, supply: f32) -> Allocation {
+                self.allocate_at(wrench, supply)
+            }
+        }
+    )*};
+}
+prepared!(4 5 6 7 8);
 
 /// Wrench to rotor thrusts, validated and prepared, with memory for `SLABS` facets of the set of attainable
 /// wrenches: [`slabs(n)`](slabs) are enough for `n` rotors.

@@ -4,8 +4,8 @@
 //! copied to rotors and telemetry.
 
 use ctrl_core::allocation::{
-    Allocation, BatteryCompensation, BatteryConfig, Limited, RotorGeometry, RotorThrusts,
-    SizedAllocator, slabs,
+    Allocation, BatteryCompensation, BatteryConfig, Limited, Prepared, RotorGeometry, RotorSet,
+    RotorThrusts, RotorWatch, RotorWatchConfig, RotorWatchState, SizedAllocator, slabs,
 };
 use ctrl_core::controller::{
     AdaptiveController, AnyController, AnyControllerState, Estimates, LastingEstimates, StepOutput,
@@ -69,7 +69,7 @@ pub struct Outputs {
     pub achieved: Wrench,
     /// Output of the law; the safe wrench while it does not run.
     pub step: StepOutput,
-    /// Axes limited by the rotors.
+    /// Axes limited by the rotors, and whether one has failed.
     pub limited: Limited,
     /// The mode of this tick.
     pub mode: Mode,
@@ -87,9 +87,24 @@ pub struct Outputs {
 const AT_REST: StepOutput =
     StepOutput { wrench: SAFE, torque_demand_body: Vec3::ZERO, status: StepStatus::empty() };
 
-/// Supervision, law and allocation with their memory.
+/// Height above where the vehicle stood from which failed rotors are looked for (m), by the received state: feet on the ground carry torque,
+/// too.
+const WATCHED_FROM: f32 = 0.3;
+
+/// Detection of failed rotors with its memory.
 #[derive(Clone, Debug)]
-pub struct FlightControl {
+struct Watched {
+    watch: RotorWatch,
+    state: RotorWatchState,
+    /// Thrusts of the period that ends now (N); none while the rotors stood still.
+    thrusts: Option<RotorThrusts>,
+    /// Height at which the vehicle stood last (m).
+    ground: f32,
+}
+
+/// Supervision, law and allocation with their memory, for as many rotors as the boards have outputs, or another number of them.
+#[derive(Clone, Debug)]
+pub struct FlightControl<const SLABS: usize = { slabs(ROTORS) }> {
     law: AnyController,
     law_state: AnyControllerState,
     supervisor: Supervisor,
@@ -100,7 +115,8 @@ pub struct FlightControl {
     safety_report: SafetyReport,
     limited: bool,
     battery: Option<BatteryCompensation>,
-    allocator: SizedAllocator<{ slabs(ROTORS) }>,
+    allocator: SizedAllocator<SLABS>,
+    watched: Option<Watched>,
     rate_filter: RateFilter,
     rate_filter_state: RateFilterState,
     /// The latest good sample, its rate filtered: held when one is missed, as the fixed step needs an input.
@@ -110,7 +126,13 @@ pub struct FlightControl {
     flight_tick: u32,
 }
 
-impl FlightControl {
+impl<const SLABS: usize> FlightControl<SLABS>
+where
+    SizedAllocator<SLABS>: Prepared,
+{
+    /// Vehicles that may fly without one of their rotors.
+    const REDUNDANT: bool = SLABS > slabs(4);
+
     /// Puts a law under supervision, disarmed, without filters of the rate.
     ///
     /// # Errors
@@ -134,6 +156,7 @@ impl FlightControl {
             limited: false,
             battery: None,
             allocator: SizedAllocator::new(geometry)?,
+            watched: None,
             vehicle: None,
             status: StepStatus::empty(),
             tick: 0,
@@ -167,8 +190,34 @@ impl FlightControl {
             (None, _) => 1.0,
         };
         let outputs = self.outputs(step, mode, answer, supply);
-        self.limited = !outputs.limited.is_empty();
+        self.limited = !(outputs.limited - Limited::ROTOR_FAILED).is_empty();
+        if let (Some(watched), true) = (&mut self.watched, Self::REDUNDANT) {
+            watched.thrusts = outputs.thrusts;
+        }
         outputs
+    }
+
+    /// Looks for failed rotors of `geometry`, and allocates to the others, from the next tick on.
+    ///
+    /// # Errors
+    /// Names a number that is out of its range, or the number of rotors: none of four can be done without, and an image for four has no
+    /// code for it. Nothing is then changed.
+    pub fn set_rotor_watch(
+        &mut self,
+        config: &RotorWatchConfig,
+        geometry: &RotorGeometry,
+    ) -> Result<(), ConfigError> {
+        let watch = RotorWatch::new(config, geometry, self.law.step_period())?;
+        let state = RotorWatchState::default();
+        self.watched = Some(Watched { watch, state, thrusts: None, ground: 0.0 });
+        Ok(())
+    }
+
+    /// Rotors that were found to have failed; empty where none is looked for.
+    #[must_use]
+    pub fn failed_rotors(&self) -> RotorSet {
+        let watched = self.watched.as_ref().filter(|_| Self::REDUNDANT);
+        watched.map_or(RotorSet::empty(), |watched| watched.state.failed())
     }
 
     /// Watches for hazards from the next tick on.
@@ -193,6 +242,7 @@ impl FlightControl {
     ///
     /// # Errors
     /// When the vehicle cannot fly without it, as no quadrotor can; nothing is then changed.
+    #[inline(never)]
     pub fn lose_rotor(&mut self, index: usize) -> Result<(), ConfigError> {
         self.allocator.lose(index)
     }
@@ -265,6 +315,7 @@ impl FlightControl {
             sample.rate_body = rate_body;
         }
         self.vehicle = sample.or(self.vehicle);
+        self.look_for_failed_rotors(inputs);
         if let Some(safety) = &self.safety {
             let mode = self.supervisor_state.mode();
             let seen = Observations {
@@ -299,6 +350,30 @@ impl FlightControl {
         answer
     }
 
+    /// Follows the rotors over the period that has ended, and leaves out one that is found to have failed.
+    fn look_for_failed_rotors(&mut self, inputs: &Inputs) {
+        let Some(Watched { watch, state, thrusts, ground }) =
+            self.watched.as_mut().filter(|_| Self::REDUNDANT)
+        else {
+            return;
+        };
+        let flying = self.supervisor_state.mode() == Mode::Flying;
+        // Before the filters of the rate; only a new sample tells of the period.
+        let sample = inputs.sample.filter(|sample| sample.age_ticks == 0).map(|it| it.state);
+        let height = sample.map(|vehicle| vehicle.position_world.z);
+        let (Some(thrusts), true) = (thrusts, flying) else {
+            *ground = height.unwrap_or(*ground);
+            return state.reset();
+        };
+        let rate = sample.map(|vehicle| vehicle.rate_body);
+        let in_air = height.is_some_and(|height| height > *ground + WATCHED_FROM);
+        let found = watch.step(state, rate.filter(|_| in_air), thrusts);
+        if let Some(rotor) = found {
+            // Refused where the others cannot fly the vehicle: the watch for hazards will end that.
+            let _ = self.lose_rotor(rotor);
+        }
+    }
+
     fn step(&mut self, vehicle: &VehicleState, reference: &Reference) -> StepOutput {
         self.flight_tick = self.flight_tick.saturating_add(1);
         self.law.step(&mut self.law_state, vehicle, reference)
@@ -313,14 +388,15 @@ impl FlightControl {
         supply: f32,
     ) -> Outputs {
         let wrench = self.supervisor.gate(&self.supervisor_state, step.wrench);
-        let (thrusts, achieved, limited) = match mode {
+        let (thrusts, achieved, mut limited) = match mode {
             Mode::Flying | Mode::Failsafe => {
-                let allocation = self.allocator.allocate_quad(&wrench, supply);
+                let allocation = self.allocator.allocate_prepared(&wrench, supply);
                 let Allocation { thrusts, achieved, limited } = allocation;
                 (Some(thrusts), achieved, limited)
             }
             Mode::Disarmed | Mode::Armed | Mode::Locked => (None, SAFE, Limited::empty()),
         };
+        limited.set(Limited::ROTOR_FAILED, !self.failed_rotors().is_empty());
         let cause = self.supervisor_state.cause();
         let flight_tick = self.flight_tick;
         let safety = self.safety_report;

@@ -231,7 +231,8 @@ fn hazards_are_reported_refuse_to_arm_and_cut_where_they_must() {
         ..SafetyConfig::default()
     };
     let silent = Health { rc_silence: 0.6, ..Health::default() };
-    let mut ground = FlightControl::new(&law(), &supervisor(), &VEHICLE.geometry).unwrap();
+    let mut ground: FlightControl =
+        FlightControl::new(&law(), &supervisor(), &VEHICLE.geometry).unwrap();
     ground.set_safety(&safety).unwrap();
     for _ in 0..100 {
         ground.tick(&Inputs { health: silent, ..inputs() });
@@ -285,5 +286,15 @@ fn the_limits_of_the_rotors_follow_the_battery() {
 fn a_quadrotor_refuses_to_fly_without_a_rotor_and_flies_on_as_it_was() {
     let (mut flight, mut other) = (flying(), flying());
     assert_eq!(flight.lose_rotor(1).unwrap_err().parameter, "rotors (count)");
+    let watch = RotorWatchConfig {
+        inertia: Vec3::splat(0.05),
+        disturbance_torque: 0.05,
+        rotor_lag: 0.03,
+        smoothing_time: 0.05,
+        share: 0.6,
+        time: 0.03,
+    };
+    let refused = flight.set_rotor_watch(&watch, &VEHICLE.geometry).unwrap_err();
+    assert_eq!(refused.parameter, "rotors (count)");
     assert_eq!(flight.tick(&inputs()), other.tick(&inputs()));
 }

@@ -7,7 +7,8 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use ctrl_core::allocation::Allocator;
 use step_record::allocation::{
-    AllocationAnswer, EACH, LOSSES, VEHICLES, command_after_loss, commands, geometry,
+    AllocationAnswer, EACH, LOSS_TICKS, LOSSES, LossAnswer, VEHICLES, command_after_loss, commands,
+    fly_through_loss, geometry,
 };
 use step_record::{Closing, Record};
 
@@ -19,6 +20,8 @@ pub const IMAGE: &str = "allocation";
 pub const FUNCTION: &str = "allocation_allocate";
 /// The function that takes a rotor out in flight.
 pub const LOSE: &str = "allocation_lose";
+/// The function that looks for a rotor that has failed.
+pub const WATCH: &str = "rotor_watch_step";
 const FOLDER: &str = "target/step-samples/allocation";
 const NAMES: [&str; VEHICLES] = ["quadrotor", "hexarotor", "octorotor"];
 
@@ -28,6 +31,8 @@ pub struct Cost {
     vehicles: Vec<(f64, f64, u64)>,
     /// Most for the loss of a rotor.
     lose: u64,
+    /// Mean and most of a step of the detection.
+    watch: (f64, u64),
     /// Bytes of an allocator.
     ram: u64,
     /// Worst-case stack, from the call graph (B).
@@ -48,6 +53,8 @@ impl Cost {
         ensure!(counts.len() == all, "{} allocations counted", counts.len());
         let losses = StepImage::open_at(IMAGE, LOSE)?.count(folder)?;
         ensure!(losses.len() == LOSSES.len(), "{} losses counted", losses.len());
+        let watches = StepImage::open_at(IMAGE, WATCH)?.count(folder)?;
+        ensure!(watches.len() == LOSS_TICKS, "{} steps of the detection counted", watches.len());
         let mean = |counts: &[u64]| counts.iter().sum::<u64>() as f64 / counts.len() as f64;
         let vehicles = counts[..allocations].chunks_exact(2 * EACH).map(|counts| {
             let (near, beyond) = counts.split_at(EACH);
@@ -55,6 +62,7 @@ impl Cost {
         });
         Ok(Self {
             vehicles: vehicles.collect(),
+            watch: (mean(&watches), watches.iter().copied().max().unwrap_or(0)),
             lose: losses.into_iter().max().unwrap_or(0),
             ram: u64::from(agrees_with_host(folder)?.controller_size),
             stack: image.graph.stack(&image.image)?.bytes,
@@ -71,6 +79,7 @@ impl Cost {
             ("octorotor_instructions_mean", "", octo.0),
             ("octorotor_instructions_max", "", octo.2 as f64),
             ("lose_rotor_instructions_max", "", self.lose as f64),
+            ("rotor_watch_instructions_max", "", self.watch.1 as f64),
             ("flash", "B", self.flash as f64),
             ("ram", "B", self.ram as f64),
             ("stack", "B", self.stack as f64),
@@ -86,6 +95,8 @@ impl Cost {
             );
         }
         println!("{:<28} at most {}", "loss of a rotor", self.lose);
+        let (mean, most) = self.watch;
+        println!("{:<28} mean {mean:.1} max {most}", "look for a failed rotor");
         println!("RAM {} B, stack at most {} B, code {} B", self.ram, self.stack, self.flash);
     }
 }
@@ -112,5 +123,18 @@ fn agrees_with_host(folder: &Path) -> Result<Closing> {
         let found = AllocationAnswer::read(|| words.next()).context("too few answers")?;
         ensure!(found == expected, "loss of {vehicle} {rotor}: {expected:?}, emulator {found:?}");
     }
+    let (mut differs, mut found) = (None, None);
+    fly_through_loss(
+        |watch, state, rate, thrusts| watch.step(state, Some(rate), thrusts),
+        |expected| {
+            let answer = LossAnswer::read(|| words.next());
+            found = found.or(expected.found);
+            if answer != Some(expected) {
+                differs.get_or_insert(format!("host {expected:?}, emulator {answer:?}"));
+            }
+        },
+    )?;
+    ensure!(differs.is_none(), "flight that loses a rotor: {}", differs.unwrap_or_default());
+    ensure!(found.is_some(), "the lost rotor was not found");
     Closing::read(|| words.next()).context("no closing record")
 }

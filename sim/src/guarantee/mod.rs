@@ -6,10 +6,12 @@
 pub mod activity;
 pub mod angle;
 pub mod applied;
+mod attitude_loop;
 pub mod auxiliary;
 mod block;
 mod blocks;
 pub mod bounds;
+mod difference;
 pub mod estimates;
 pub mod lyapunov;
 pub mod state_error;

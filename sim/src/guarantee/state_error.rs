@@ -2,12 +2,14 @@
 //!
 //! The hypotheses of `docs/guarantees.md#with-an-estimate` are judged on the truth at every tick after settling: the
 //! error of the received position and velocity, and the force per mass less what the law asks for. While
-//! they hold, the position error of the true vehicle must keep the bound derived from them.
+//! they hold, the position error of the true vehicle must keep the bound derived from them. With the errors of attitude, rate and mass stated,
+//! too, the bound of the force follows from the attitude loop (`#the-attitude-loop` there) and is judged in the same way.
 
 use ctrl_core::controller::ControllerConfig;
-use glam::DVec3;
+use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
+use super::attitude_loop::{Law, ReceivedErrors, ReferenceExtent, Region};
 use super::ultimate::{Axis, StateErrorBounds};
 use super::verdict::{Extreme, Requirement, Verdict};
 use super::{GuaranteeConfig, Monitor};
@@ -25,6 +27,33 @@ pub struct StateErrorConfig {
     pub velocity: f64,
     /// Force per mass that acts, less what the law asks for: attitude, mass estimate, rotors (m/s^2).
     pub force: f64,
+    /// What else the law receives and estimates; from it a bound of the force follows.
+    #[serde(default)]
+    pub attitude_loop: Option<AttitudeLoopConfig>,
+}
+
+/// `[guarantees.state_error.attitude_loop]`: hypotheses of the ultimate bound of the attitude loop, after settling.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AttitudeLoopConfig {
+    /// Angle of the error of the received attitude (rad).
+    pub attitude: f64,
+    /// Error of the received rate, each axis (rad/s).
+    pub rate: f64,
+    /// Error of the mass estimate, part of the mass.
+    pub mass: f64,
+}
+
+/// Extremes of the attitude loop.
+#[derive(Clone, Copy, Debug)]
+struct AttitudeLoop {
+    config: AttitudeLoopConfig,
+    /// None where the theorem leaves the law out.
+    law: Option<Law>,
+    attitude: Extreme,
+    rate: Extreme,
+    mass: Extreme,
+    reference: ReferenceExtent,
 }
 
 /// The monitor.
@@ -39,6 +68,7 @@ pub struct StateError {
     velocity: Extreme,
     force: Extreme,
     tracking: Extreme,
+    attitude_loop: Option<AttitudeLoop>,
 }
 
 impl StateError {
@@ -59,8 +89,23 @@ impl StateError {
             velocity: Extreme::default(),
             force: Extreme::default(),
             tracking: Extreme::default(),
+            attitude_loop: hypotheses.attitude_loop.map(|it| AttitudeLoop {
+                config: it,
+                law: Law::new(law, smoothing(config.settle_time, law)),
+                attitude: Extreme::default(),
+                rate: Extreme::default(),
+                mass: Extreme::default(),
+                reference: ReferenceExtent::default(),
+            }),
         }
     }
+}
+
+/// Width (17) of the smooth sign at `settle_time` (s); it only falls.
+fn smoothing(settle_time: f64, law: &ControllerConfig) -> f64 {
+    let gains = law.cascade();
+    let decay = libm::exp(-2.0 * f64::from(gains.delta_1) * settle_time);
+    (decay + f64::from(gains.delta_min_translation).powi(2)).sqrt()
 }
 
 /// The bound of the position error along each axis after `settle_time` (s) that follows from `hypotheses` (m); none if what they add
@@ -71,12 +116,10 @@ pub fn position_bound(
     settle_time: f64,
     law: &ControllerConfig,
 ) -> Option<f64> {
-    let StateErrorConfig { position, velocity, force } = *hypotheses;
+    let StateErrorConfig { position, velocity, force, .. } = *hypotheses;
     let (gains, integral) = (law.cascade(), law.integral());
     let sign = f64::from(law.uncertainty().disturbance_acceleration);
-    // (17) at the settling time; it only falls.
-    let decay = libm::exp(-2.0 * f64::from(gains.delta_1) * settle_time);
-    let delta = (decay + f64::from(gains.delta_min_translation).powi(2)).sqrt();
+    let delta = smoothing(settle_time, law);
     // An estimate of the integral action is off by twice its bound at most.
     let force = force + 2.0 * f64::from(integral.acceleration_max);
     Axis::new(gains, sign, delta).position_bound(&StateErrorBounds { position, velocity, force })
@@ -105,6 +148,67 @@ impl Observer for StateError {
         self.velocity.highest(velocity.abs().max_element(), tick.time);
         self.force.highest(force.abs().max_element(), tick.time);
         self.tracking.highest(tick.position_error().abs().max_element(), tick.time);
+        if let Some(attitude_loop) = &mut self.attitude_loop {
+            attitude_loop.observe(tick, self.mass);
+        }
+    }
+}
+
+impl AttitudeLoop {
+    fn observe(&mut self, tick: &Tick, mass: f64) {
+        let Tick { truth, reference, intermediates, auxiliary, estimates, time, .. } = tick;
+        // What the law received, back from its errors: q = q_a q_d q_e with the axes of alpha and b2d.
+        let thrust_axis = intermediates.alpha.as_dvec3().normalize();
+        let left = thrust_axis.cross(
+            reference.left_world.as_dvec3().cross(reference.specific_force().value.as_dvec3()),
+        );
+        let left = left.normalize();
+        let desired =
+            DQuat::from_mat3(&DMat3::from_cols(left.cross(thrust_axis), left, thrust_axis));
+        let received = desired * intermediates.attitude_error.as_dquat();
+        self.attitude.highest(truth.attitude.angle_between(received), *time);
+        let rate = intermediates.rate_error + intermediates.mu + auxiliary.rate;
+        self.rate.highest((truth.rate_body - rate.as_dvec3()).abs().max_element(), *time);
+        let part = 1.0 / (mass * f64::from(estimates.inverse_mass)) - 1.0;
+        self.mass.highest(part.abs(), *time);
+        self.reference.include(reference);
+    }
+
+    /// The region that follows from the hypotheses and the reference as it was.
+    fn region(
+        &self,
+        StateErrorConfig { position, velocity, .. }: StateErrorConfig,
+    ) -> Option<Region> {
+        let AttitudeLoopConfig { attitude, rate, mass } = self.config;
+        let errors = ReceivedErrors { position, velocity, attitude, rate, mass };
+        self.law?.region(&errors, &self.reference)
+    }
+
+    fn verdicts(&self, of: &StateError) -> Vec<Verdict> {
+        const PLACE: &str = "guarantees.md";
+        let region = self.region(of.config);
+        let row = |name, unit, bound: Option<f64>, extreme| {
+            let requirement = bound.map_or(Requirement::Information, Requirement::AtMost);
+            Verdict::new((name, PLACE, unit), requirement, extreme)
+        };
+        let AttitudeLoopConfig { attitude, rate, mass } = self.config;
+        vec![
+            row("error of the received attitude", "rad", Some(attitude), self.attitude),
+            row("error of the received rate, each axis", "rad/s", Some(rate), self.rate),
+            row("error of the mass estimate, part", "-", Some(mass), self.mass),
+            row(
+                "error of the force per mass, bound of the attitude loop",
+                "m/s^2",
+                region.map(|region| region.force),
+                of.force,
+            ),
+            row(
+                "position error, each axis, bound of the attitude loop",
+                "m",
+                region.map(|region| region.position),
+                of.tracking,
+            ),
+        ]
     }
 }
 
@@ -114,8 +218,8 @@ impl Monitor for StateError {
         let row = |name, unit, bound, extreme| {
             Verdict::new((name, PLACE, unit), Requirement::AtMost(bound), extreme)
         };
-        let StateErrorConfig { position, velocity, force } = self.config;
-        vec![
+        let StateErrorConfig { position, velocity, force, .. } = self.config;
+        let mut rows = vec![
             row("error of the received position, each axis", "m", position, self.position),
             row("error of the received velocity, each axis", "m/s", velocity, self.velocity),
             row("error of the force per mass, each axis", "m/s^2", force, self.force),
@@ -125,6 +229,8 @@ impl Monitor for StateError {
                 self.bound.unwrap_or(f64::NAN),
                 self.tracking,
             ),
-        ]
+        ];
+        rows.extend(self.attitude_loop.iter().flat_map(|it| it.verdicts(self)));
+        rows
     }
 }

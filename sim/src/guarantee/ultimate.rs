@@ -79,10 +79,11 @@ impl Axis {
         0.1 / (k2 * (m1 + m2) + sign / delta * (k2 * k2 * (m1 + m2) + k1) + k1)
     }
 
-    /// Position at which the worst course rests again that starts at rest at `-start`; none if it does not come to rest.
-    fn half_orbit(&self, start: f64, push: f64) -> Option<f64> {
+    /// Position at which the worst course rests again that starts at rest at `-start`, and its largest velocity; none if it does not come
+    /// to rest.
+    fn half_orbit(&self, start: f64, push: f64) -> Option<(f64, f64)> {
         let dt = self.step();
-        let (mut p, mut v) = (-start, 0.0);
+        let (mut p, mut v, mut fastest) = (-start, 0.0, 0.0f64);
         let at = |p: f64, v: f64| (v, self.acceleration(p, v, push));
         for _ in 0..STEPS {
             let (a1, b1) = at(p, v);
@@ -92,9 +93,10 @@ impl Axis {
             let next_v = v + dt / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4);
             let next_p = p + dt / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
             if next_v <= 1e-9 * push {
-                return Some(next_p.max(p));
+                return Some((next_p.max(p), fastest));
             }
             (p, v) = (next_p, next_v);
+            fastest = fastest.max(v);
         }
         None
     }
@@ -103,9 +105,15 @@ impl Axis {
     /// there is no bound.
     #[must_use]
     pub fn ultimate(&self, n: f64) -> Option<f64> {
+        self.region(n).map(|(position, _)| position)
+    }
+
+    /// Ultimate bounds of position (m) and velocity errors (m/s), as [`ultimate`](Self::ultimate).
+    #[must_use]
+    pub fn region(&self, n: f64) -> Option<(f64, f64)> {
         let push = n + self.sign;
         if push <= 0.0 {
-            return Some(0.0);
+            return Some((0.0, 0.0));
         }
         let held = self.m1 + self.sign;
         if push >= held.min(self.m2 + self.sign) {
@@ -115,9 +123,9 @@ impl Axis {
         let rest = libm::atanh((push / held).min(0.999)) / self.k1;
         let mut amplitude = 10.0 * rest + 1.0;
         for _ in 0..HALF_ORBITS {
-            let next = self.half_orbit(amplitude, push)?;
+            let (next, fastest) = self.half_orbit(amplitude, push)?;
             if (amplitude - next).abs() < CLOSED * next {
-                return Some(ALLOWANCE * amplitude.max(next));
+                return Some((ALLOWANCE * amplitude.max(next), ALLOWANCE * fastest));
             }
             if next > amplitude {
                 return None;

@@ -95,6 +95,15 @@ fn checks(scenario: &Scenario) -> Vec<Check> {
         checks.push(positive("guarantees.state_error.position", errors.position));
         checks.push(positive("guarantees.state_error.velocity", errors.velocity));
         checks.push(positive("guarantees.state_error.force", errors.force));
+        if let Some(errors) = errors.attitude_loop {
+            const TABLE: [&str; 3] = [
+                "guarantees.state_error.attitude_loop.attitude",
+                "guarantees.state_error.attitude_loop.rate",
+                "guarantees.state_error.attitude_loop.mass",
+            ];
+            let given = [errors.attitude, errors.rate, errors.mass];
+            checks.extend(TABLE.into_iter().zip(given).map(|(name, value)| positive(name, value)));
+        }
         let (time, law) = (guarantees.settle_time, &scenario.controller);
         let bound = state_error::position_bound(&errors, time, law).unwrap_or(f64::NEG_INFINITY);
         const SMALL: &str = "finite: what the errors add must stay below M1 and M2";

@@ -1,6 +1,10 @@
 //! The wrenches with which the allocation is measured: the same on host and target, from a seed.
 
-use ctrl_core::allocation::{Allocation, RotorGeometry, Spin};
+use ctrl_core::allocation::{
+    Allocation, Allocator, MAX_ROTORS, RotorGeometry, RotorWatch, RotorWatchConfig,
+    RotorWatchState, Spin,
+};
+use ctrl_core::error::ConfigError;
 use ctrl_core::vehicle::{Interval, Wrench};
 use glam::Vec3;
 
@@ -97,4 +101,88 @@ impl Record for AllocationAnswer {
         number(&mut self.thrust, word);
         vector(&mut self.torque_body, word);
     }
+}
+
+/// Ticks of the flight that loses a rotor, and the one at which it does.
+pub const LOSS_TICKS: usize = 600;
+const LOST_AT: usize = 300;
+/// The rotor that fails.
+const LOST: usize = 2;
+/// Step period of that flight (s).
+const PERIOD: f32 = 1e-3;
+const INERTIA: Vec3 = Vec3::new(0.0486, 0.0486, 0.098);
+const WATCH: RotorWatchConfig = RotorWatchConfig {
+    inertia: INERTIA,
+    disturbance_torque: 0.05,
+    rotor_lag: 0.03,
+    smoothing_time: 0.05,
+    share: 0.6,
+    time: 0.03,
+};
+
+/// One tick of the flight that loses a rotor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LossAnswer {
+    /// The rotor that is found to have failed at this tick.
+    pub found: Option<u32>,
+    rate_body: Vec3,
+    allocation: AllocationAnswer,
+}
+
+impl Record for LossAnswer {
+    fn zero() -> Self {
+        Self { found: None, rate_body: Vec3::ZERO, allocation: AllocationAnswer::zero() }
+    }
+
+    fn visit(&mut self, word: &mut impl FnMut(&mut u32)) {
+        let mut found = self.found.unwrap_or(u32::MAX);
+        word(&mut found);
+        self.found = Some(found).filter(|found| *found != u32::MAX);
+        vector(&mut self.rate_body, word);
+        self.allocation.visit(word);
+    }
+}
+
+/// Flies the turning hexarotor under gusts through the failure of a rotor, its allocation and detection in the loop: `watch` is the detection's
+/// step, `answer` receives every tick.
+///
+/// # Errors
+/// Of the constructors; none of the constants is refused.
+pub fn fly_through_loss(
+    mut watch: impl FnMut(&RotorWatch, &mut RotorWatchState, Vec3, &[f32]) -> Option<usize>,
+    mut answer: impl FnMut(LossAnswer),
+) -> Result<(), ConfigError> {
+    let geometry = geometry(1);
+    let (mut allocator, detection) =
+        (Allocator::new(&geometry)?, RotorWatch::new(&WATCH, &geometry, PERIOD)?);
+    let whole = allocator.clone();
+    let mut state = RotorWatchState::default();
+    let (mut rate, mut angle) = (Vec3::ZERO, Vec3::ZERO);
+    let mut gusts = commands(6);
+    let mut thrusts = [8.34 / 6.0; MAX_ROTORS];
+    for tick in 0..LOSS_TICKS {
+        let torque_body = -0.5 * rate - angle;
+        let allocation = allocator.allocate(&Wrench { thrust: 8.34, torque_body });
+        for (thrust, commanded) in thrusts.iter_mut().zip(&allocation.thrusts) {
+            *thrust += 0.033 * (commanded - *thrust);
+        }
+        if tick >= LOST_AT {
+            thrusts[LOST] = 0.0;
+        }
+        let gust = gusts.next().unwrap_or_default().torque_body * 0.3;
+        let torque = whole.wrench(&thrusts[..6]).torque_body + gust;
+        rate += PERIOD * (torque + (INERTIA * rate).cross(rate)) / INERTIA;
+        angle += PERIOD * rate;
+        let found = watch(&detection, &mut state, rate, &allocation.thrusts);
+        if let Some(rotor) = found {
+            allocator.lose(rotor)?;
+        }
+        let found = found.map(|rotor| rotor as u32);
+        answer(LossAnswer {
+            found,
+            rate_body: rate,
+            allocation: AllocationAnswer::new(&allocation),
+        });
+    }
+    Ok(())
 }

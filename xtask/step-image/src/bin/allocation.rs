@@ -1,4 +1,4 @@
-//! The allocation alone: wrenches that host and image both allocate, to three vehicles.
+//! The allocation alone: wrenches that host and image both allocate, to three vehicles; and a hexarotor that loses a rotor, found and left out.
 #![no_std]
 #![no_main]
 
@@ -6,12 +6,13 @@ use core::mem::size_of;
 
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
-use ctrl_core::allocation::{Allocation, Allocator};
+use ctrl_core::allocation::{Allocation, Allocator, RotorWatch, RotorWatchState};
 use ctrl_core::vehicle::Wrench;
+use glam::Vec3;
 use step_image::{Output, refuse};
 use step_record::Closing;
 use step_record::allocation::{
-    AllocationAnswer, LOSSES, VEHICLES, command_after_loss, commands, geometry,
+    AllocationAnswer, LOSSES, VEHICLES, command_after_loss, commands, fly_through_loss, geometry,
 };
 
 #[unsafe(no_mangle)]
@@ -24,6 +25,17 @@ fn allocation_allocate(allocator: &Allocator, wrench: &Wrench) -> Allocation {
 #[inline(never)]
 fn allocation_lose(allocator: &mut Allocator, rotor: usize) -> bool {
     allocator.lose(rotor).is_ok()
+}
+
+#[unsafe(no_mangle)]
+#[inline(never)]
+fn rotor_watch_step(
+    watch: &RotorWatch,
+    state: &mut RotorWatchState,
+    rate_body: Vec3,
+    thrusts: &[f32],
+) -> Option<usize> {
+    watch.step(state, Some(rate_body), thrusts)
 }
 
 #[entry]
@@ -46,6 +58,9 @@ fn main() -> ! {
         let command = command_after_loss(geometry.rotors.len());
         let allocation = allocation_allocate(&allocator, &core::hint::black_box(command));
         output.record(AllocationAnswer::new(&allocation));
+    }
+    if fly_through_loss(rotor_watch_step, |answer| output.record(answer)).is_err() {
+        refuse();
     }
     output.record(Closing {
         stack: 0,
