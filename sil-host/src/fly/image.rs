@@ -8,14 +8,12 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, LastingEstimates};
 use ctrl_core::mode::Mode;
 use ctrl_core::mode::navigation::NavigationMode;
 use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
 use link::{Downlink, Guidance, Secret, Telemetry, Uplink};
 use mavlink_vehicle::SigningKey;
-use sim::evaluation::Evaluation;
 use sim::plant::vehicle::Plant;
 use sim::scenario::LoadedScenario;
 use sim::tick::Tick;
@@ -178,30 +176,16 @@ impl Bench {
 
     /// One control period under the image's wrench, which is `told` in `mode`.
     fn period(&mut self, mode: Mode, told: &Step) -> Tick {
-        let truth = *self.plant.truth();
-        let (applied, disturbance) = self.plant.command(&told.output.wrench);
-        let mut tick = Tick {
-            tick: self.report.ticks,
-            time: self.report.ticks as f64 * self.period,
-            truth,
-            reference: self.guidance.reference,
-            output: told.output,
-            applied,
-            law: self.in_step,
-            intermediates: Intermediates::default(),
-            estimates: Estimates::NONE,
-            auxiliary: Auxiliary::REST,
-            lasting: LastingEstimates::default(),
-            battery: self.plant.grounded().battery(),
-            disturbance,
-            evaluation: Evaluation::default(),
-        };
+        let acting = self.plant.command(&told.output.wrench);
+        let law = (self.guidance.reference, told.output);
+        let seen = self.plant.seen(self.report.ticks, self.period, law, acting);
+        let mut tick = Tick { law: self.in_step, ..seen };
         if self.in_step {
             self.compare(&mut tick, mode, told);
         } else {
             tick.evaluation.position_error = tick.position_error();
         }
-        self.plant.advance(&disturbance);
+        self.plant.advance(&tick.disturbance);
         self.report.ticks += 1;
         self.report.height_max = self.report.height_max.max(self.plant.truth().position_world.z);
         tick

@@ -1,8 +1,11 @@
 //! The plant of flights under commands: on flat ground, disturbed, and seen as the scenario says.
 
 use ctrl_core::allocation::RotorThrusts;
+use ctrl_core::controller::{Auxiliary, Estimates, Intermediates, LastingEstimates, StepOutput};
+use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::{VehicleState, Wrench};
 use mavlink_vehicle::Battery;
+use sim::evaluation::Evaluation;
 use sim::plant::contact::{Contact, QUADROTOR};
 use sim::plant::disturbance::{DisturbanceProcess, DisturbanceSource};
 use sim::plant::ground::GroundedVehicle;
@@ -10,6 +13,7 @@ use sim::plant::vehicle::Plant;
 use sim::plant::{AppliedWrench, Disturbance, PlantState};
 use sim::scenario::Scenario;
 use sim::state_source::StateSource;
+use sim::tick::Tick;
 
 use super::error::FlyError;
 
@@ -89,6 +93,33 @@ impl FlownPlant {
             current: state.current as f32,
             remaining: state.charge as f32,
         })
+    }
+
+    /// The tick of this instant as observers receive it, before the law has told anything; `tick` and its time count from the
+    /// start of the program.
+    pub fn seen(
+        &self,
+        tick: u64,
+        period: f64,
+        (reference, output): (Reference, StepOutput),
+        (applied, disturbance): (AppliedWrench, Disturbance),
+    ) -> Tick {
+        Tick {
+            tick,
+            time: tick as f64 * period,
+            truth: *self.truth(),
+            reference,
+            output,
+            applied,
+            law: false,
+            intermediates: Intermediates::default(),
+            estimates: Estimates::NONE,
+            auxiliary: Auxiliary::REST,
+            lasting: LastingEstimates::default(),
+            battery: self.grounded.battery(),
+            disturbance,
+            evaluation: Evaluation::default(),
+        }
     }
 
     /// Moves on by one tick under `disturbance`.

@@ -1,10 +1,7 @@
 //! The vehicle that is flown: the firmware's control group and session before the simulated plant.
 
 use ctrl_core::allocation::{Allocator, BatteryConfig};
-use ctrl_core::controller::{
-    AdaptiveController, Auxiliary, ControllerConfig, Estimates, Intermediates, LastingEstimates,
-    TrackingController,
-};
+use ctrl_core::controller::{AdaptiveController, ControllerConfig, StepOutput, TrackingController};
 use ctrl_core::error::ConfigError;
 use ctrl_core::mode::Mode;
 use ctrl_core::mode::navigation::{NavigationMode, Navigator};
@@ -21,7 +18,6 @@ use firmware::vehicle::VEHICLE;
 use glam::Vec3;
 use link::{ControllerKind, ParametersInForce};
 use mavlink_vehicle::{Battery, View};
-use sim::evaluation::Evaluation;
 use sim::plant::ground::GroundedVehicle;
 use sim::plant::rotors::RotorsConfig;
 use sim::plant::vehicle::Plant;
@@ -136,7 +132,6 @@ impl<'m> FlownVehicle<'m> {
 
     /// One control tick: sample, reference, control group, plant.
     pub fn tick(&mut self) -> FlownTick {
-        let truth = *self.plant.truth();
         let measured = self.plant.measure();
         let Interference { sample_lost, overrun, kill, .. } = self.interference;
         // What is lost leaves the one before: the law holds it, too.
@@ -159,27 +154,13 @@ impl<'m> FlownVehicle<'m> {
             self.pilot.answered(answer);
         }
         self.pilot.react(outputs.mode, &outputs.safety);
-        let (applied, disturbance) = self.act(&outputs);
-        let mut tick = Tick {
-            tick: self.ticks,
-            time: self.ticks as f64 * self.period,
-            truth,
-            reference,
-            output: outputs.step,
-            applied,
-            law: true,
-            intermediates: Intermediates::default(),
-            estimates: Estimates::NONE,
-            auxiliary: Auxiliary::REST,
-            lasting: LastingEstimates::default(),
-            battery: self.plant.grounded().battery(),
-            disturbance,
-            evaluation: Evaluation::default(),
-        };
-        tick.output.wrench = outputs.wrench;
+        let acting = self.act(&outputs);
+        let output = StepOutput { wrench: outputs.wrench, ..outputs.step };
+        let seen = self.plant.seen(self.ticks, self.period, (reference, output), acting);
+        let mut tick = Tick { law: true, ..seen };
         let observed = self.observed.observe(&mut tick, outputs.mode, &self.measured);
         self.differs |= observed.is_some_and(|step| step.output != outputs.step);
-        self.plant.advance(&disturbance);
+        self.plant.advance(&tick.disturbance);
         self.ticks += 1;
         self.thrust = outputs.wrench.thrust;
         self.status = ControlStatus {
