@@ -1,3 +1,5 @@
+use core::f32::consts::FRAC_PI_6;
+
 use super::*;
 use crate::allocation::{Allocator, Spin};
 use crate::vehicle::{Interval, Wrench};
@@ -18,7 +20,7 @@ fn geometry(rotors: usize) -> RotorGeometry {
     use Spin::{Anticlockwise as A, Clockwise as C};
     let limits = Interval { lower: 0.05, upper: 4.0 };
     let spins: &[Spin] = if rotors == 6 { &[A, A, C, C, A, C] } else { &[A, C, A, C, A, C, A, C] };
-    RotorGeometry::ring(spins, 0.25, 0.5236, 0.016, limits)
+    RotorGeometry::ring(spins, 0.25, FRAC_PI_6, 0.016, limits)
 }
 
 /// A vehicle that turns under rotors with a lag, a law that damps its rate, and a disturbance.
