@@ -215,5 +215,7 @@ fn a_vehicle_in_the_air_lands_before_the_session_ends() {
         .map(|row| row.split(',').nth(height).expect("a cell").parse().expect("a number"))
         .collect();
     let highest = heights.iter().copied().fold(0.0, f64::max);
-    assert!(highest > 0.3 && heights.last() == Some(&0.0), "{highest}, then {:?}", heights.last());
+    // It stands on springs, which take its weight within 2 mm while it comes to rest.
+    let stands = heights.last().is_some_and(|height| height.abs() < 2e-3);
+    assert!(highest > 0.3 && stands, "{highest}, then {:?}", heights.last());
 }

@@ -59,7 +59,7 @@ fn number(value: &Value) -> f32 {
     value.as_f64().unwrap() as f32
 }
 
-/// The page's example of telemetry: the numbers are 1 to 28, in the order of the fields.
+/// The page's examples of telemetry and of lasting estimates: the numbers count from 1, in the order of the fields.
 fn assert_examples(said: &Value) {
     assert_eq!(said[0], json!([1, {"sequence": 1, "rejection": null}]));
     let stale = json!({"kind": "mode", "refusal": "state stale"});
@@ -70,6 +70,7 @@ fn assert_examples(said: &Value) {
         "status": 0x180, "limited": 4, "cost": 1736,
     }]);
     assert_eq!(said[2], telemetry);
+    assert_eq!(said[3], json!([9, {"tick": 1000, "numbers": numbers[..9]}]));
 }
 
 /// The list is the core's table with the image's values.

@@ -23,7 +23,7 @@ COMMAND, PARAMETER_AT, PARAMETER_READ, PARAMETER_WRITE, SUBSCRIBE = 1, 8, 9, 10,
 LOCK_STEP, STEP = 15, 16
 COMMANDS = {"arm": 0, "disarm": 1, "start": 2, "stop": 3}
 IDENTITY, ACKNOWLEDGEMENT, TELEMETRY, PARAMETER, HEALTH = 0, 1, 2, 3, 5
-IN_FORCE, STEPPED = 6, 7
+IN_FORCE, STEPPED, LASTING = 6, 7, 9
 MODES = ["Disarmed", "Armed", "Flying", "Failsafe", "Locked"]
 REFUSALS = ["not armed", "state stale", "tilted", "fault", "in failsafe", "locked"]
 REJECTIONS = ["mode", "invalid", "unknown parameter", "no path", "wrong leg", "not now",
@@ -127,6 +127,8 @@ def parse(message):
                 "changed": fields.bool()}
     elif kind == STEPPED:
         said = fields.varint()
+    elif kind == LASTING:
+        said = {"tick": fields.varint(), "numbers": fields.floats(9)}
     else:
         raise ValueError(f"message {kind} is not expected")
     fields.end()
