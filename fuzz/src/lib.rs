@@ -42,7 +42,7 @@ pub fn session(memory: &mut SessionMemory) -> HostSession<'_> {
 /// # Panics
 /// Unless there is exactly one.
 pub fn send(session: &mut HostSession, message: Uplink, status: ControlStatus) -> Downlink {
-    session.handle(Received { sequence: 42, message }, status, TickOrigin::Timer);
+    session.handle(&Received { sequence: 42, message }, status, TickOrigin::Timer);
     let answer = session.next_answer().expect("an answer");
     assert_eq!(session.next_answer(), None);
     answer

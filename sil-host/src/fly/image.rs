@@ -14,7 +14,6 @@ use ctrl_core::reference::Reference;
 use ctrl_core::vehicle::VehicleState;
 use link::{Downlink, Guidance, Secret, Telemetry, Uplink};
 use mavlink_vehicle::SigningKey;
-use sim::plant::vehicle::Plant;
 use sim::scenario::LoadedScenario;
 use sim::tick::Tick;
 

@@ -20,7 +20,6 @@ use link::{ControllerKind, ParametersInForce};
 use mavlink_vehicle::{Battery, View};
 use sim::plant::ground::GroundedVehicle;
 use sim::plant::rotors::RotorsConfig;
-use sim::plant::vehicle::Plant;
 use sim::plant::{AppliedWrench, Disturbance, PlantState};
 use sim::scenario::Scenario;
 use sim::tick::Tick;

@@ -12,6 +12,7 @@ use glam::Vec3;
 
 use super::difference::{Change, ROOT_OF_THREE, saturation, smooth_sign};
 use super::ultimate::{Axis, StateErrorBounds};
+use crate::norm::Norm;
 
 /// `max_x (x - x h(x, 1))`.
 const SMOOTHING: f64 = 0.300_3;
@@ -50,7 +51,7 @@ impl ReferenceExtent {
     /// Covers another instant of the reference.
     pub fn include(&mut self, reference: &Reference) {
         let normal = reference.left().cross(reference.specific_force());
-        let more = |most: &mut f64, v: Vec3| *most = most.max(v.length().into());
+        let more = |most: &mut f64, v: Vec3| *most = most.max(v.as_dvec3().norm());
         more(&mut self.acceleration, reference.acceleration_world);
         more(&mut self.jerk, reference.jerk_world);
         more(&mut self.snap, reference.snap_world);

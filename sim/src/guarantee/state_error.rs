@@ -6,13 +6,14 @@
 //! too, the bound of the force follows from the attitude loop (`#the-attitude-loop` there) and is judged in the same way.
 
 use ctrl_core::controller::ControllerConfig;
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::attitude_loop::{Law, ReceivedErrors, ReferenceExtent, Region};
 use super::ultimate::{Axis, StateErrorBounds};
 use super::verdict::{Extreme, Requirement, Verdict};
 use super::{GuaranteeConfig, Monitor};
+use crate::norm::Norm;
 use crate::observer::Observer;
 use crate::plant::PlantParameters;
 use crate::tick::Tick;
@@ -158,15 +159,15 @@ impl AttitudeLoop {
     fn observe(&mut self, tick: &Tick, mass: f64) {
         let Tick { truth, reference, intermediates, auxiliary, estimates, time, .. } = tick;
         // What the law received, back from its errors: q = q_a q_d q_e with the axes of alpha and b2d.
-        let thrust_axis = intermediates.alpha.as_dvec3().normalize();
+        let thrust_axis = intermediates.alpha.as_dvec3().unit();
         let left = thrust_axis.cross(
             reference.left_world.as_dvec3().cross(reference.specific_force().value.as_dvec3()),
         );
-        let left = left.normalize();
-        let desired =
-            DQuat::from_mat3(&DMat3::from_cols(left.cross(thrust_axis), left, thrust_axis));
-        let received = desired * intermediates.attitude_error.as_dquat();
-        self.attitude.highest(truth.attitude.angle_between(received), *time);
+        let left = left.unit();
+        let desired = DMat3::from_cols(left.cross(thrust_axis), left, thrust_axis);
+        let received = desired * DMat3::from_quat(intermediates.attitude_error.as_dquat());
+        let between = received.transpose() * DMat3::from_quat(truth.attitude);
+        self.attitude.highest(angle(&between), *time);
         let rate = intermediates.rate_error + intermediates.mu + auxiliary.rate;
         self.rate.highest((truth.rate_body - rate.as_dvec3()).abs().max_element(), *time);
         let part = 1.0 / (mass * f64::from(estimates.inverse_mass)) - 1.0;
@@ -210,6 +211,13 @@ impl AttitudeLoop {
             ),
         ]
     }
+}
+
+/// Angle of a rotation (rad).
+fn angle(rotation: &DMat3) -> f64 {
+    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *rotation;
+    let sine = 0.5 * DVec3::new(y.z - z.y, z.x - x.z, x.y - y.x).norm();
+    libm::atan2(sine, 0.5 * (x.x + y.y + z.z - 1.0))
 }
 
 impl Monitor for StateError {
