@@ -81,7 +81,7 @@ pub struct Analysis<'a> {
     /// Loops by header; those of copy routines are in it once for each length.
     pub loops: Vec<BoundedLoop>,
     /// Names of the excluded functions that were met.
-    pub met: BTreeSet<String>,
+    met: BTreeSet<String>,
     /// What has no bound, all of it, so that a user can annotate it at once.
     problems: Vec<String>,
     /// Functions without a bound, with all that call them, and the headers of their loops without one.
@@ -219,6 +219,12 @@ impl<'a> Analysis<'a> {
             self.limits.place(address)
         );
         Ok(self.costs.get(&(callee, bytes)).cloned().unwrap_or_else(no_cost))
+    }
+
+    /// Exclusions that met no function: what they name is called otherwise now, and is taken to be executed.
+    pub fn idle_exclusions(&self) -> impl Iterator<Item = &str> {
+        let met = |part: &str| self.met.iter().any(|name| name.contains(part));
+        self.excluded.iter().copied().filter(move |part| !met(part))
     }
 
     fn is_excluded(&self, name: &str) -> bool {

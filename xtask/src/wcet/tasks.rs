@@ -27,13 +27,10 @@ pub const GROUND_ONLY: &[(&str, &str)] = &[
     ("HostSession>::renew_law", "parameters and controllers change on the ground"),
     ("HostSession>::tune", "as above"),
     ("HostSession>::accept_built_in_trajectory", "parameters are stored while disarmed"),
-    ("ParameterStore<F>::append", "as above"),
-    ("ParameterStore<F>::newest", "as above"),
     ("stored_signing::Change::store", "as above"),
     ("HostSession>::next_to_store", "as above"),
     ("OnboardNavigation::configure", "settings are refused in flight"),
-    ("Estimator::start_in", "a start of the estimate is taken on the ground"),
-    ("FlightControl::replace_law", "a law is replaced on the ground"),
+    ("FlightControl<_>::replace_law", "a law is replaced on the ground"),
     ("firmware::app::announce", "lock step only, in which the vehicle waits for its host anyway"),
 ];
 
@@ -164,6 +161,8 @@ pub fn bounds(path: &std::path::Path) -> Result<Vec<TaskBound>> {
         let cost = full.cost(start).with_context(context)?;
         costs.insert(task.name.clone(), (start, cost, busy.cost(start).with_context(context)?));
     }
+    let idle: Vec<_> = full.idle_exclusions().collect();
+    ensure!(idle.is_empty(), "no function of the tasks is called {} now", idle.join(", "));
     print_functions(&full, &image);
     let mut bounds: Vec<_> = bounded(&tasks)
         .map(|task| {
