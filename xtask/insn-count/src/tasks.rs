@@ -65,6 +65,7 @@ pub struct Tasks {
     rounds: Vec<Vec<Rounds>>,
     most_rounds: Vec<u64>,
     most: Vec<u64>,
+    all: Vec<u64>,
     calls: Vec<u64>,
 }
 
@@ -79,6 +80,7 @@ impl Tasks {
             rounds: vec![vec![Rounds::default(); loops]; tasks + 1],
             most_rounds: vec![0; loops],
             most: vec![0; tasks],
+            all: vec![0; tasks],
             calls: vec![0; tasks],
         }
     }
@@ -105,6 +107,7 @@ impl Tasks {
             && let Some(Begun { task, count, .. }) = self.stack.pop()
         {
             self.most[task] = self.most[task].max(count);
+            self.all[task] += count;
             self.calls[task] += 1;
         }
     }
@@ -134,11 +137,12 @@ impl Tasks {
         self.calls.iter().sum()
     }
 
-    /// A line `task ENTRY MOST CALLS` for each task and `loop HEADER MOST` for each loop.
+    /// A line `task ENTRY MOST CALLS ALL` for each task and `loop HEADER MOST` for each loop.
     pub fn report(&self) -> String {
         let mut text = String::new();
-        for ((entry, most), calls) in self.entries.iter().zip(&self.most).zip(&self.calls) {
-            let _ = writeln!(text, "task {entry:#x} {most} {calls}");
+        for (task, entry) in self.entries.iter().enumerate() {
+            let (most, calls, all) = (self.most[task], self.calls[task], self.all[task]);
+            let _ = writeln!(text, "task {entry:#x} {most} {calls} {all}");
         }
         for (header, most) in self.headers.iter().zip(&self.most_rounds) {
             let _ = writeln!(text, "loop {:#x} {most}", header.address);
@@ -208,10 +212,10 @@ mod tests {
         run(&mut tasks, &[0x10, 0x11, 0x12, 0x20, 0x12, 0x30, 0x22, 0x12, 0x12, 0x13]);
         // A shorter call, and instructions of no task.
         run(&mut tasks, &[0x12, 0x10, 0x11, 0x12, 0x13]);
-        assert_eq!(tasks.report(), "task 0x10 6 2\ntask 0x20 3 1\nloop 0x12 3\n");
+        assert_eq!(tasks.report(), "task 0x10 6 2 10\ntask 0x20 3 1 3\nloop 0x12 3\n");
         // Code that does not count, called by task 0x20, goes round the loop; the task itself took three.
         run(&mut tasks, &[0x20, 0x21, 0x12, 0x12, 0x12, 0x12, 0x22]);
-        assert_eq!(tasks.report(), "task 0x10 6 2\ntask 0x20 3 2\nloop 0x12 3\n");
+        assert_eq!(tasks.report(), "task 0x10 6 2 10\ntask 0x20 3 2 6\nloop 0x12 3\n");
         assert!(parse("task").is_none() && parse("loop 12").is_none());
     }
 
@@ -226,7 +230,7 @@ mod tests {
             tasks.executed(&roles.get(pc).cloned().unwrap_or_default());
         }
         // Of each release two ways back to 0x12; of each call of 0x13 two to 0x15; of each entry two of 0x17.
-        assert_eq!(tasks.report(), "task 0x10 0 2\nloop 0x12 2\nloop 0x15 2\nloop 0x17 2\n");
+        assert_eq!(tasks.report(), "task 0x10 0 2 0\nloop 0x12 2\nloop 0x15 2\nloop 0x17 2\n");
         assert!(parse("over 0x10").is_none());
     }
 }

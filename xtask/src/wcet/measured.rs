@@ -43,6 +43,11 @@ const FLIGHTS: &[&[&str]] = &[
     ],
 ];
 
+/// The flight of them in which everything is on: estimator, integral action, every sensor.
+const EVERYTHING_ON: &str = "sensors-lemniscate";
+/// Most instructions of a tick in that flight, of all tasks, on average.
+const EVERYTHING_MOST: f64 = 20_000.0;
+
 /// Largest counts of one task.
 pub struct Counted {
     /// Name of the task.
@@ -75,7 +80,11 @@ pub fn compare(tasks: &[Task]) -> Result<Vec<Counted>> {
     let (mut most, mut releases) = (BTreeMap::new(), BTreeMap::new());
     let mut rounds: BTreeMap<u64, u64> = BTreeMap::new();
     for flight in FLIGHTS {
-        for (kind, address, count, calls) in fly(&description, &path, flight)? {
+        let lines = fly(&description, &path, flight)?;
+        if flight[0] == EVERYTHING_ON {
+            judge_tick(&lines, &bounds)?;
+        }
+        for Line { kind, address, most: count, calls, .. } in lines {
             let counts = if kind == "task" { &mut most } else { &mut rounds };
             let seen: &mut u64 = counts.entry(address).or_default();
             *seen = (*seen).max(count);
@@ -138,7 +147,29 @@ fn describe(
     Ok(path)
 }
 
-type Line = (String, u64, u64, u64);
+/// A line of the plugin: a task, or a loop, which has no calls and no sum.
+struct Line {
+    kind: String,
+    address: u64,
+    most: u64,
+    calls: u64,
+    all: u64,
+}
+
+/// Judges the mean of all tasks' instructions over the ticks of a flight.
+fn judge_tick(lines: &[Line], tasks: &BTreeMap<u64, (String, u64)>) -> Result<()> {
+    let control = tasks.iter().find(|(_, (name, _))| name == "control");
+    let control = *control.context("a task `control`")?.0;
+    let ticks = lines.iter().find(|line| line.address == control).map_or(0, |line| line.calls);
+    let all: u64 = lines.iter().map(|line| line.all).sum();
+    let mean = all as f64 / ticks as f64;
+    println!("{EVERYTHING_ON}: {mean:.0} instructions of all tasks a tick, mean of {ticks} ticks");
+    ensure!(
+        mean < EVERYTHING_MOST,
+        "a tick takes {mean:.0} instructions, {EVERYTHING_MOST} at most"
+    );
+    Ok(())
+}
 
 /// Flies once; the plugin's lines.
 fn fly(description: &Path, image: &Path, flight: &[&str]) -> Result<Vec<Line>> {
@@ -166,7 +197,9 @@ fn fly(description: &Path, image: &Path, flight: &[&str]) -> Result<Vec<Line>> {
         let number = |index: usize| words.get(index).and_then(|word| word.parse().ok());
         let address = words.get(1).and_then(|word| word.strip_prefix("0x"));
         let address = u64::from_str_radix(address.context("an address")?, 16)?;
-        Ok((words[0].to_owned(), address, number(2).context("a count")?, number(3).unwrap_or(0)))
+        let most = number(2).context("a count")?;
+        let [calls, all] = [3, 4].map(|index| number(index).unwrap_or(0));
+        Ok(Line { kind: words[0].to_owned(), address, most, calls, all })
     });
     lines.collect()
 }
