@@ -31,7 +31,7 @@ const FLIGHTS: &[&[&str]] = &[
     &["paper-saturated", "--set", "duration=1"],
     &["tilt-recovery", "--lock-step", "--set", "duration=1"],
     &["waypoints", "--set", "duration=1"],
-    &["sensors-lemniscate", "--set", "duration=1"],
+    &["sensors-wind", "--set", "duration=1"],
     &[
         "paper-saturated",
         "--set",
@@ -44,7 +44,7 @@ const FLIGHTS: &[&[&str]] = &[
 ];
 
 /// The flight of them in which everything is on: estimator, integral action, every sensor.
-const EVERYTHING_ON: &str = "sensors-lemniscate";
+const EVERYTHING_ON: &str = "sensors-wind";
 /// Most instructions of a tick in that flight, of all tasks, on average.
 const EVERYTHING_MOST: f64 = 20_000.0;
 
